@@ -38,8 +38,7 @@ void RefuseWhole(const scene::Scene& scene, const RenderOptions& options) {
     throw InputError(fmt::format(
         "--memory lights by --estimator exact or volume with --shadows none, or by exact with "
         "--shadows maps: {} with shadows '{}' takes light fields as a whole; choose one of these, "
-        "or "
-        "leave --memory out",
+        "or leave --memory out",
         options.knobs.strategies.everywhere ? "--knob strategies-for" : options.estimator,
         ShadowsName(options.shadows)));
   if (options.light_groups)

@@ -178,8 +178,7 @@ Rendered RenderWithinMemory(const render::Device& device, RenderSetUp set_up) {
   if (!options.error.empty() || !options.time.empty())
     throw InputError(
         fmt::format("--memory contradicts {}, which chooses among estimators that take light "
-                    "fields as a whole; "
-                    "drop one",
+                    "fields as a whole; drop one",
                     options.error.empty() ? "--time" : "--error"));
   MemoryLeft(options.memory);  // a wrong number comes before the work
   render::ColumnPicture picture(device, std::move(set_up.scene), options.render);

@@ -5,8 +5,9 @@
 // reach or nearer than its largest tau are lit by `exact`. Where the receiver's horizon cuts the
 // supports n . J is not the irradiance: these pixels are lit by `exact` too, or, where images are
 // so fine that no clipped texel could matter by half of EstimatorOptions::max_error of |J|, texel
-// by texel without clipping any (kernels/luminaire/cut_horizon.clh). Nothing is extrapolated and no
-// n . J is clamped. Light() waits for the numbers of such pixels. A volume without coefficients lights
+// by texel without clipping any (kernels/luminaire/cut_horizon.clh): by the images before the horizon,
+// or, where most are, by n . J of the table and the images behind it, since max(0, g) = g + max(0, -g).
+// Nothing is extrapolated and no n . J is clamped. Light() waits for the numbers of such pixels. A volume without coefficients lights
 // no pixel that it covers: of a luminaire in groups of columns (lightfield/field_columns.h) the first
 // has the volume of all, and the others one of the same axes without coefficients.
 #pragma once

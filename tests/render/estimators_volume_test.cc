@@ -34,6 +34,7 @@ std::vector<SurfacePoint> Receivers(std::size_t count) {
 
 std::vector<preprocess::Receiver> AsReceivers(const std::vector<SurfacePoint>& points) {
   std::vector<preprocess::Receiver> receivers;
+  receivers.reserve(points.size());
   for (const auto& [p, n] : points) receivers.push_back({p, n});
   return receivers;
 }
@@ -109,6 +110,7 @@ TEST(Volume, NeighboursOfACellAreLitAsOthers) {
   core::Random random(kSeed, 6);
   std::shuffle(order.begin(), order.end(), random);
   std::vector<SurfacePoint> shuffled;
+  shuffled.reserve(row.size());
   for (const std::size_t k : order) shuffled.push_back(row[k]);
   for (const int channels : {1, 3}) {
     const auto field = StructuredLuminaire("facets", {.channels = channels}, kSeed);
@@ -262,6 +264,7 @@ TEST(Volume, LightsFromAPose) {
   const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
   const scene::Pose pose = scene::Translation({3, -2, 5}) * scene::RotationXyz({20, -35, 50});
   std::vector<SurfacePoint> world;
+  world.reserve(points.size());
   for (const auto& [p, n] : points)
     world.push_back(RoundToFloat({pose.Point(p), Normalized(pose.Vector(n))}));
   const Lit lit =
@@ -296,6 +299,46 @@ TEST(Volume, ShadowsAreThoseOfExact) {
   }
   EXPECT_GT(shadowed, 100);
   EXPECT_LT(std::sqrt(squares * static_cast<double>(points.size())) / sum, 3 * built.rel_error);
+}
+
+// Horizons through the lamp too: what a share of rays lights is lit once, so that its variance, which
+// grows with the square of the light, is that of `exact`; a lamp of both signs, whose rays' own light
+// enters besides.
+TEST(Volume, ShadowsOfCutHorizonsAreThoseOfExact) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  auto field = StructuredLuminaire("rings", {}, kSeed);
+  for (std::size_t k = 0; k < field.data.size(); k += 7) field.data[k] *= -0.1f;
+  core::Random random(kSeed, 7);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < 200; ++k) {
+    const Vec3 p{0.05 * (random.Uniform() - 0.5), 0.05 * (random.Uniform() - 0.5), 1.2};
+    const Vec3 u{0.02 * (random.Uniform() - 0.5), 0.02 * (random.Uniform() - 0.5), 0};
+    const double angle = 2 * std::numbers::pi * random.Uniform();
+    points.push_back(RoundToFloat(
+        {p, Normalized(Cross(Normalized(p - u), {std::cos(angle), std::sin(angle), 0.1}))}));
+  }
+  const auto cells = preprocess::BuildCellTables(field, "test");
+  const std::vector<preprocess::Receiver> few{{{-0.05, -0.05, 1}, {0, 0, -1}},
+                                              {{0.05, 0.05, 1.5}, {0, 0, -1}}};
+  const auto built = preprocess::BuildForReceivers(field, few);
+  const LuminaireOnDevice luminaire(device, field, {.cells = &cells, .volume = &built.volume});
+  const auto half = Blocker(device, 0, 10, 1e-4f);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  EstimatorOptions options;
+  options.samples_per_pixel = 16;
+  options.max_error = 1e-2f;  // as above, no texel is clipped
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, options, half.get()),
+            judge = LightGBuffer(device, *exact, gbuffer, luminaire, options, half.get());
+  int noisy = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double size = Length(lightfield::ClosedFormLightVector(field, points[k].p).j[0]);
+    EXPECT_NEAR(lit.irradiance[k].s[0], judge.irradiance[k].s[0], 0.01 * size) << k;
+    if (judge.irradiance[k].s[0] < 0.01 * size || judge.variance[k] == 0) continue;
+    ++noisy;
+    EXPECT_NEAR(lit.variance[k] / judge.variance[k], 1, 0.2) << k;
+  }
+  EXPECT_GT(noisy, 10);
 }
 
 TEST(Volume, IsRefusedWhereThereIsNone) {

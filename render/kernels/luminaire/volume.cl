@@ -254,8 +254,9 @@ inline void AddToPixels(const float16* e, int channels, int first, int count,
 // covers. The other pixels that may see light are listed, in no order: left[0] of them from left[2]
 // on, but left[1] whose horizon cuts images so fine that clipping their texels makes no difference
 // of `max_error` |J|, from the end down. Of these, those that see the middle of the supports get the
-// integral of g here, and are listed as ~pixel: they lack that of max(0, -g), which is of fewer
-// images than that of max(0, g) = g + max(0, -g). Item (kPixels pixels).
+// integral of g here, unless they are lit by shares of rays (`ratio`), and are listed as ~pixel: they
+// lack that of max(0, -g), which is of fewer images than that of max(0, g) = g + max(0, -g). Item
+// (kPixels pixels).
 __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                                __constant const VolumeParams* volume,
                                __global const float* coefficients,
@@ -291,7 +292,9 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
               unclipped = cut & (UnclippedErrors(luminaire, n, z, shrink) <= max_error);
   const float16 at_x = Position(&volume->axis[0], a_x), at_y = Position(&volume->axis[1], a_y),
                 at_tau = Position(&volume->axis[2], tau);
-  const int16 tabulated = lit & (~cut | (unclipped & height > 0.0f)) &
+  // With shares of rays a pixel is lit once: its variance grows with the square of its light.
+  const int16 from_behind = ratio ? (int16)(0) : unclipped & height > 0.0f;
+  const int16 tabulated = lit & (~cut | from_behind) &
                           IsInside(&volume->axis[0], at_x) & IsInside(&volume->axis[1], at_y) &
                           IsInside(&volume->axis[2], at_tau),
               by_exact = lit & ~unclipped & ~tabulated;
