@@ -23,6 +23,16 @@ def directions(u, v):
                      np.copysign(1 - r * r, inside)], axis=-1)
 
 
+def pixels(d, size):
+    """(row, column) of the pixel of the square that each unit vector lies in: the inverse of `directions`."""
+    r = np.sqrt(np.maximum(0, 1 - np.abs(d[..., 2])))
+    b = r * 2 / np.pi * np.arctan2(np.abs(d[..., 1]), np.abs(d[..., 0]))
+    below = d[..., 2] < 0
+    a, b = np.where(below, 1 - b, r - b), np.where(below, 1 - (r - b), b)
+    return tuple(np.clip(((np.copysign(t, axis) + 1) / 2 * size).astype(np.int64), 0, size - 1)
+                 for t, axis in ((b, d[..., 1]), (a, d[..., 0])))
+
+
 def _points(size, rows, samples):
     """Middles of samples x samples parts of the pixels of some rows: [row, part, column, part]."""
     steps = (np.arange(samples) + 0.5) / samples
@@ -43,6 +53,8 @@ def of_latlong(picture, size, samples=3):
     """An environment of constant pixels in equal areas. Each pixel's light goes where it came from, all of it:
 
         square pixel  L = sum over its points of L_p Omega_p / (points that fell into p), over its own solid angle.
+
+    The light of a pixel that no point fell into, beside a pole, goes where its middle lies.
     """
     height = picture.shape[0]
     edges = np.cos(np.pi * np.arange(height + 1) / height)
@@ -53,15 +65,17 @@ def of_latlong(picture, size, samples=3):
     for rows in pieces:
         source = _source_pixels(directions(*_points(size, rows, samples)), height)
         points += np.bincount(source.ravel(), minlength=solid.size)
-    missed = solid[points == 0]
-    if missed.size and missed.max() > 1e-3 * solid.max():
-        raise ValueError(f"{size} pixels a side are too few for a picture of {height} rows")
     weight = np.divide(solid, points, out=np.zeros_like(solid), where=points > 0) * size * size / (4 * np.pi)
     light = picture.reshape(-1, 3) * weight[:, None]
     square = np.empty((size, size, 3), np.float32)
     for first, last in pieces:
         source = _source_pixels(directions(*_points(size, (first, last), samples)), height)
         square[first:last] = light[source].sum(axis=(1, 3))
+    missed = np.flatnonzero(points == 0)
+    polar, azimuth = (missed // (2 * height) + 0.5) * np.pi / height, (missed % (2 * height) + 0.5) * np.pi / height
+    middles = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
+    np.add.at(square, pixels(middles, size),
+              picture.reshape(-1, 3)[missed] * (solid[missed] * size * size / (4 * np.pi))[:, None])
     return square
 
 

@@ -54,11 +54,14 @@ class Scratch {
   std::filesystem::path folder_;
 };
 
-#define LUXFIELD_NEEDS_FOREIGN(program)                                                          \
-  do {                                                                                           \
-    if (!ForeignProgram(program).empty()) break;                                                 \
-    std::printf("SKIPPED: %s is not installed (./run foreign): it judges no export\n", program); \
-    GTEST_SKIP() << program << " is not installed";                                              \
+#define LUXFIELD_NEEDS_FOREIGN(program)                                                      \
+  do {                                                                                       \
+    if (!ForeignProgram(program).empty()) break;                                             \
+    std::printf(                                                                             \
+        "SKIPPED: %s is neither in build/foreign (./run foreign) nor in PATH: it judges no " \
+        "export\n",                                                                          \
+        program);                                                                            \
+    GTEST_SKIP() << program << " is not installed";                                          \
   } while (false)
 
 // Two fields, neither of whose faces stands before the other.

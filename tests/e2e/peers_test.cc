@@ -109,6 +109,11 @@ polar, azimuth = np.pi * 5.5 / n, 2 * np.pi * 9.5 / (2 * n)
 towards = np.array([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
 centroid = (square[..., 1:2] * middle).sum(axis=(0, 1)) / square[..., 1].sum()
 assert np.allclose(centroid, towards, atol=(np.pi / n) ** 2 / 4), (centroid, towards)
+# Nothing is lost of pixels about the poles that no point of a coarse square falls into.
+poles = np.where((row == 0) | (row == n - 1), column + 1., 0.)[..., None] * [1., 0., 2.]
+coarse = equal_area.of_latlong(poles, 32).astype(float)
+assert np.allclose(coarse.mean(axis=(0, 1)) * 4 * np.pi, (poles * solid[..., None]).sum(axis=(0, 1)), rtol=1e-5)
+assert (coarse[3:13, 3:13] == 0).all() and coarse[15:17, 15:17, 0].min() > 0
 equal_area.write_pfm(sys.argv[2], square.astype(np.float32))
 assert (equal_area.read_pfm(sys.argv[2]) == square.astype(np.float32)).all()
 )";
