@@ -19,6 +19,26 @@ constexpr std::size_t kPixelsPerItem = 16;  // kPixels of volume.cl
 // Of the error asked for, what cut texels that are not clipped may take of |J|.
 constexpr float kShareOfCuts = 0.5f;
 
+// x and y bit by bit in turns: pixels by this order lie near those before them along both axes.
+std::uint64_t AlternatingBits(std::uint32_t x, std::uint32_t y) {
+  std::uint64_t bits = 0;
+  for (int k = 0; k < 32; ++k)
+    bits |= std::uint64_t{x >> k & 1} << (2 * k) | std::uint64_t{y >> k & 1} << (2 * k + 1);
+  return bits;
+}
+
+// Pixels, or ~pixels, of pictures `width` wide.
+void SortByNeighbourhood(std::vector<cl_int>& pixels, int width) {
+  std::vector<std::pair<std::uint64_t, cl_int>> keyed;
+  keyed.reserve(pixels.size());
+  for (const cl_int listed : pixels) {
+    const cl_int pixel = listed < 0 ? ~listed : listed;
+    keyed.emplace_back(AlternatingBits(pixel % width, pixel / width), listed);
+  }
+  std::sort(keyed.begin(), keyed.end());
+  for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k] = keyed[k].second;
+}
+
 class Volume : public Estimator {
  public:
   explicit Volume(const Device& device)
@@ -62,10 +82,16 @@ class Volume : public Estimator {
              kShareOfCuts * options.max_error, seen)
         .Enqueue((gbuffer.pixel_count() + kPixelsPerItem - 1) / kPixelsPerItem);
     left_.Download(std::span<cl_int>(left));
-    if (left[1] > 0)
+    if (left[1] > 0) {
+      std::vector<cl_int> cut(left[1]);
+      const std::size_t first = 2 + gbuffer.pixel_count() - cut.size();
+      left_.Download(std::span<cl_int>(cut), first);
+      SortByNeighbourhood(cut, gbuffer.width);
+      left_.Upload(std::span<const cl_int>(cut), first);
       cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
                lighting.irradiance, lighting.variance, left_, left[1], seen)
           .Enqueue(left[1]);
+    }
     if (left[0] > 0) LightLeft(gbuffer, posed, {share, seen}, left[0], lighting);
   }
 

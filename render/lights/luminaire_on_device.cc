@@ -49,6 +49,24 @@ VolumeParams MakeVolumeParams(const preprocess::LightVectorVolume& volume) {
   return params;
 }
 
+// [channel][B0, B1_u, B1_v][tau][a_y][a_x], so that a vector takes neighbours in a_x: kernels read up to
+// kVectorBeyond of them from the last one on.
+Buffer UploadVolume(const Device& device, const preprocess::LightVectorVolume& volume) {
+  constexpr std::size_t kVectorBeyond = 8;
+  const std::size_t channels = volume.geometry.channels,
+                    count = volume.coefficients.size() / 4 / channels;
+  RequireRoom(device, "light-vector volume",
+              (3 * channels * count + kVectorBeyond) * sizeof(float));
+  core::UnsetVector<float> tables(3 * channels * count + kVectorBeyond);
+  std::fill(tables.end() - kVectorBeyond, tables.end(), 0.0f);
+  core::ParallelFor(channels * count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      for (int part = 0; part < 3; ++part)
+        tables[(3 * (k / count) + part) * count + k % count] = volume.coefficients[4 * k + part];
+  });
+  return Buffer::From(device, std::span<const float>(tables));
+}
+
 // Summed-area tables of (width + 1) columns, rows padded to SatStride.
 Buffer UploadSat(const Device& device, const char* what, std::span<const std::uint64_t> sat,
                  int table_width) {
@@ -137,10 +155,9 @@ void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables)
     cell_scale_ = UploadScale(device, tables.cells->exponent);
   }
   if (tables.volume) {
-    RequireRoom(device, "light-vector volume", tables.volume->bytes());
     const VolumeParams params = MakeVolumeParams(*tables.volume);
     volume_params_ = Buffer::From(device, std::span<const VolumeParams>(&params, 1));
-    if (tables.volume->bytes() > 0) volume_ = Buffer::From(device, tables.volume->coefficients);
+    if (tables.volume->bytes() > 0) volume_ = UploadVolume(device, *tables.volume);
   }
   if (tables.patches) {
     const preprocess::PatchLight& patches = *tables.patches;

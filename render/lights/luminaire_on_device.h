@@ -70,8 +70,8 @@ class LuminaireOnDevice {
   const Buffer& cell_sat() const { return cell_sat_; }
   const Buffer& cell_scale() const { return cell_scale_; }
   bool has_volume() const { return static_cast<bool>(volume_params_); }
-  // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
-  // volume has none.
+  // VolumeParams, and coefficients (preprocess::LightVectorVolume), [channel][B0, B1_u, B1_v][tau][a_y]
+  // [a_x]; the latter null if the volume has none.
   const Buffer& volume_params() const { return volume_params_; }
   const Buffer& volume() const { return volume_; }
   // The light of the filter plane's patches (preprocess::PatchLight): float16 per node, the axes

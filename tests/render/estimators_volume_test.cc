@@ -95,45 +95,57 @@ TEST(Volume, HasTheErrorItWasBuiltFor) {
     }
 }
 
-// Along a row of a picture neighbours lie in one cell of the table or in two side by side, and read its
-// coefficients together; in any other order each reads its own. Up to rounding that is the same.
+// Rows of a picture of a plane, or of a surface whose normal turns; `across` receivers from end to end.
+std::vector<SurfacePoint> Rows(int across, bool curved) {
+  std::vector<SurfacePoint> points;
+  for (int y = 0; y < 3000 / across; ++y)
+    for (int k = 0; k < across; ++k) {
+      const double x = k / (across - 1.0) - 0.5;
+      points.push_back(
+          RoundToFloat({{0.3 * x, 0.04 * (y % 3) - 0.05, 0.9 + (curved ? 0.1 * x * x : 0)},
+                        Normalized(Vec3{0.1 + (curved ? 0.3 * x : 0), -0.2, -1})}));
+    }
+  return points;
+}
+
+// Along a row of a picture neighbours lie in one cell of the table or in some side by side, and read its
+// coefficients together, those of a plane their product with the normal; in any other order many read their
+// own. Up to rounding that is the same.
 TEST(Volume, NeighboursOfACellAreLitAsOthers) {
   const Device device = Device::Open();
   const auto volume = MakeEstimator("volume", device);
-  std::vector<SurfacePoint> row;
-  for (int y = 0; y < 3; ++y)
-    for (int k = 0; k < 1000; ++k)
-      row.push_back(RoundToFloat(
-          {{0.3 * (k / 999.0 - 0.5), 0.04 * y - 0.05, 0.9}, Normalized(Vec3{0.1, -0.2, -1})}));
-  std::vector<std::size_t> order(row.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
   core::Random random(kSeed, 6);
-  std::shuffle(order.begin(), order.end(), random);
-  std::vector<SurfacePoint> shuffled;
-  shuffled.reserve(row.size());
-  for (const std::size_t k : order) shuffled.push_back(row[k]);
-  for (const int channels : {1, 3}) {
-    const auto field = StructuredLuminaire("facets", {.channels = channels}, kSeed);
-    const auto built =
-        preprocess::BuildForReceivers(field, AsReceivers(row), {.max_rel_error = 1e-3}, 500);
-    ASSERT_GT(built.volume.a_x.nodes, 8);
-    ASSERT_LT(built.volume.a_x.nodes, 125);  // a cell is wider than eight neighbours
-    const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
-    const Lit together = LightGBuffer(device, *volume, MakeGBuffer(device, row), luminaire),
-              apart = LightGBuffer(device, *volume, MakeGBuffer(device, shuffled), luminaire);
-    double worst = 0, brightest = 0;
-    for (std::size_t k = 0; k < row.size(); ++k)
-      for (int channel = 0; channel < 3; ++channel) {
-        const float one = together.irradiance[order[k]].s[channel],
-                    other = apart.irradiance[k].s[channel];
-        worst = std::max<double>(worst, std::abs(one - other));
-        brightest = std::max<double>(brightest, other);
+  for (const int channels : {1, 3})
+    for (const bool curved : {false, true})
+      for (const int across :
+           {1000, 200, 50, 15}) {  // a third of a cell, to several, to 16 receivers
+        const std::vector<SurfacePoint> row = Rows(across, curved);
+        std::vector<std::size_t> order(row.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::shuffle(order.begin(), order.end(), random);
+        std::vector<SurfacePoint> shuffled;
+        shuffled.reserve(row.size());
+        for (const std::size_t k : order) shuffled.push_back(row[k]);
+        const auto field = StructuredLuminaire("facets", {.channels = channels}, kSeed);
+        const auto built =
+            preprocess::BuildForReceivers(field, AsReceivers(row), {.max_rel_error = 1e-3}, 500);
+        const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
+        const Lit together = LightGBuffer(device, *volume, MakeGBuffer(device, row), luminaire),
+                  apart = LightGBuffer(device, *volume, MakeGBuffer(device, shuffled), luminaire);
+        double worst = 0, brightest = 0;
+        for (std::size_t k = 0; k < row.size(); ++k)
+          for (int channel = 0; channel < 3; ++channel) {
+            const float one = together.irradiance[order[k]].s[channel],
+                        other = apart.irradiance[k].s[channel];
+            worst = std::max<double>(worst, std::abs(one - other));
+            brightest = std::max<double>(brightest, other);
+          }
+        std::printf("%d channels, %s, %d across %d nodes: %.1e of the brightest apart\n", channels,
+                    curved ? "curved" : "plane", across, built.volume.a_x.nodes, worst / brightest);
+        EXPECT_LT(worst, 2e-6 * brightest);
+        EXPECT_LT(RelativeRmse(field, row, together), 1.1e-3);
+        EXPECT_LT(RelativeRmse(field, shuffled, apart), 1.1e-3);
       }
-    std::printf("%d channels, %d nodes along the row: %.1e of the brightest apart\n", channels,
-                built.volume.a_x.nodes, worst / brightest);
-    EXPECT_LT(worst, 1e-6 * brightest);
-    EXPECT_LT(RelativeRmse(field, row, together), 1.1e-3);
-  }
 }
 
 // Out of reach, cut horizons, near and between the planes: `exact`, never extrapolated; behind and

@@ -2,8 +2,10 @@
 //
 //   E = tau^2 / z (n_x (B1_u - p_x B0) + n_y (B1_v - p_y B0) - n_z z B0),   p_xy from the centre
 //
-// with B0, B1 tricubic in (a_x, a_y, tau): 64 float4 coefficients per channel, read as 16 rows of
-// four.
+// with B0, B1 tricubic in (a_x, a_y, tau): 64 coefficients each per channel, [channel][B0, B1_u, B1_v][tau]
+// [a_y][a_x]. Pixels side by side mostly share a cell of the table, or cells side by side, and read each
+// coefficient once for all of them, a lane each. Those of one plane share n and n . p, too: the bracket is
+// taken of the coefficients, a third of the multiply-adds.
 #include "luxfield/render/kernels/luminaire/cut_horizon.clh"
 #include "luxfield/render/kernels/luminaire/pixel_vectors.clh"
 #include "luxfield/render/kernels/luminaire/volume_types.clh"
@@ -21,13 +23,12 @@ inline float16 Position(__constant const VolumeAxisParams* axis, float16 x) {
 }
 
 inline int16 IsInside(__constant const VolumeAxisParams* axis, float16 position) {
-  return (int16)(axis->cells > 0 ? -1 : 0) &
-         (position >= 0.0f && position <= (float)axis->cells);
+  return (int16)(axis->cells > 0 ? -1 : 0) & (position >= 0.0f && position <= (float)axis->cells);
 }
 
 // What a work-item reads the table with, a lane for each pixel.
 typedef struct Stencils {
-  int16 offset;       // of the first coefficient, floats
+  int16 offset;       // of the first coefficient
   float16 across[4];  // weights along a_x
   float16 rows[16];   // along tau and a_y, [4 tau + a_y]
 } Stencils;
@@ -55,59 +56,15 @@ inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, fl
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const int16 x = Cell(&volume->axis[0], at_x), y = Cell(&volume->axis[1], at_y),
               tau = Cell(&volume->axis[2], at_tau);
-  stencils->offset = 4 * (tau * slice + y * line + x);
+  stencils->offset = tau * slice + y * line + x;
   float16 down[4], ahead[4];
   SplineWeights(at_x - convert_float16(x), stencils->across);
   SplineWeights(at_y - convert_float16(y), down);
   SplineWeights(at_tau - convert_float16(tau), ahead);
+#pragma unroll
   for (int i = 0; i < 4; ++i)
+#pragma unroll
     for (int j = 0; j < 4; ++j) stencils->rows[4 * i + j] = ahead[i] * down[j];
-}
-
-// The 16 rows of four neighbours in a_x that pixels of a cell of the table read, [4 tau + a_y].
-typedef struct Rows {
-  float16 row[16];
-} Rows;
-
-inline __attribute__((always_inline)) void LoadRows(__global const float* base, int line, int slice,
-                                                    Rows* rows) {
-#pragma unroll
-  for (int i = 0; i < 4; ++i)
-#pragma unroll
-    for (int j = 0; j < 4; ++j)
-      rows->row[4 * i + j] = LoadSixteen(base + 4 * ((size_t)i * slice + j * line));
-}
-
-// (B0, B1_u, B1_v, -) of one channel and kPixels pixels, one after the other. Neighbouring pixels
-// mostly lie in one cell of the table, whose rows stay in registers. The slices' sums are
-// independent: no chain of additions is longer than six.
-inline __attribute__((always_inline)) void Interpolate(__global const float* coefficients, int line,
-                                                       int slice, const Stencils* stencils,
-                                                       float4 moments[kPixels]) {
-  const int* offsets = (const int*)&stencils->offset;
-  int offset = offsets[0];
-  Rows rows;
-  LoadRows(coefficients + offset, line, slice, &rows);
-  for (int k = 0; k < kPixels; ++k) {
-    if (offsets[k] != offset) {
-      offset = offsets[k];
-      LoadRows(coefficients + offset, line, slice, &rows);
-    }
-    float16 sum[4];
-#pragma unroll
-    for (int i = 0; i < 4; ++i) {
-      sum[i] = FloatOf(&stencils->rows[4 * i], k) * rows.row[4 * i];
-#pragma unroll
-      for (int j = 1; j < 4; ++j)
-        sum[i] = fma((float16)(FloatOf(&stencils->rows[4 * i + j], k)), rows.row[4 * i + j],
-                     sum[i]);
-    }
-    const float16 all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-    moments[k] = fma((float4)(FloatOf(&stencils->across[0], k)), all.s0123,
-                     FloatOf(&stencils->across[1], k) * all.s4567) +
-                 fma((float4)(FloatOf(&stencils->across[2], k)), all.s89ab,
-                     FloatOf(&stencils->across[3], k) * all.scdef);
-  }
 }
 
 inline int SmallestIntOf(int16 x) {
@@ -117,85 +74,187 @@ inline int SmallestIntOf(int16 x) {
   return min(c.x, c.y);
 }
 
-// Pixels whose cells are one, or two side by side in a_x: each coefficient is read once for all.
+inline int LargestIntOf(int16 x) { return -SmallestIntOf(-x); }
+
+// Pixels whose cells are one, or up to four side by side in a_x.
+enum { kMostCells = 4, kMostNodes = kMostCells + 3, kFewestToShare = 4 };
 typedef struct SharedStencils {
-  int offset, nodes;   // of the first cell; 4 or 5 neighbours in a_x
-  float16 across[5];  // weights along a_x, from the first cell's on
+  int offset, nodes;           // of the first cell; neighbours in a_x
+  float16 across[kMostNodes];  // weights along a_x, from the first cell's on; 0 for other pixels
 } SharedStencils;
 
-// False if the cells of the pixels that are wanted lie elsewhere.
-inline bool ShareStencils(const Stencils* stencils, int16 wanted, SharedStencils* shared) {
-  shared->offset = SmallestIntOf(select((int16)(INT_MAX), stencils->offset, wanted));
-  const int16 from_first = select((int16)(0), stencils->offset - shared->offset, wanted);
-  if (AnyOf(from_first != 0 & from_first != 4)) return false;
-  const int16 next = from_first == 4;
-  shared->nodes = AnyOf(next) ? 5 : 4;
-  const float16 none = 0.0f;
-  shared->across[0] = select(stencils->across[0], none, next);
-  for (int n = 1; n < 4; ++n)
-    shared->across[n] = select(stencils->across[n], stencils->across[n - 1], next);
-  shared->across[4] = select(none, stencils->across[3], next);
-  return true;
+// Takes the pixels of the first cell and of those beside it from `left`, which has some, and returns them. A
+// line has three coefficients more than cells, so that cells of other lines are further away.
+inline int16 TakeShared(const Stencils* stencils, int16* left, SharedStencils* shared) {
+  shared->offset = SmallestIntOf(select((int16)(INT_MAX), stencils->offset, *left));
+  const int16 cell = stencils->offset - shared->offset;
+  const int16 taken = *left & (cell < kMostCells);
+  shared->nodes = LargestIntOf(select((int16)(0), cell, taken)) + 4;
+  for (int n = 0; n < shared->nodes; ++n) {
+    float16 weight = 0.0f;
+#pragma unroll
+    for (int j = 0; j < 4; ++j)
+      weight = select(weight, stencils->across[j], taken & (cell == n - j));
+    shared->across[n] = weight;
+  }
+  *left &= ~taken;
+  return taken;
 }
 
-// B0, B1_u, B1_v of `channels` channels, whose tables lie `table` floats apart, of pixels that share
-// them: a lane is a pixel, and the compiler knows `channels` and `nodes`.
-inline __attribute__((always_inline)) void InterpolateShared(
-    __global const float* first, int line, int slice, size_t table, const SharedStencils* shared,
-    const float16 rows[16], const int channels, const int nodes, Vectors moments[3]) {
+// A channel's tables of B0, B1_u and B1_v.
+typedef struct TableLayout {
+  int line, slice;
+  size_t size;  // of each of them
+} TableLayout;
+
+// What multiplies B0, B1_u and B1_v, a lane for each pixel.
+typedef struct Bracket {
+  float16 height, n_x, n_y;
+} Bracket;
+
+// Adds the bracket of every channel to `sum`.
+inline __attribute__((always_inline)) void AddShared(__global const float* first, TableLayout table,
+                                                     const SharedStencils* shared,
+                                                     const float16 rows[16], const Bracket* bracket,
+                                                     const int channels, float16 sum[3]) {
   enum { kSums = 2 };  // independent ones: no chain of additions waits for the one before
-  Vectors sum[3][kSums];
+  Vectors moments[3][kSums];
 #pragma unroll
   for (int channel = 0; channel < channels; ++channel)
 #pragma unroll
     for (int k = 0; k < kSums; ++k)
-      sum[channel][k].x = sum[channel][k].y = sum[channel][k].z = 0.0f;
+      moments[channel][k].x = moments[channel][k].y = moments[channel][k].z = 0.0f;
   for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) {
-      __global const float* row = first + 4 * ((size_t)i * slice + j * line);
+    for (int n = 0; n < shared->nodes; ++n) {
+      const float16 across = shared->across[n];
 #pragma unroll
-      for (int n = 0; n < nodes; ++n) {
-        const float16 weight = rows[4 * i + j] * shared->across[n];
-        const int k = channels == 1 ? n % kSums : 0;
+      for (int j = 0; j < 4; ++j) {
+        __global const float* node = first + (i * table.slice + j * table.line + n);
+        const float16 weight = rows[4 * i + j] * across;
+        const int k = channels == 1 ? j % kSums : 0;
 #pragma unroll
-        for (int channel = 0; channel < channels; ++channel) {
-          __global const float* node = row + channel * table + 4 * n;
-          Vectors* to = &sum[channel][k];
+        for (int channel = 0; channel < channels; ++channel, node += 3 * table.size) {
+          Vectors* to = &moments[channel][k];
           to->x = fma(weight, (float16)(node[0]), to->x);
-          to->y = fma(weight, (float16)(node[1]), to->y);
-          to->z = fma(weight, (float16)(node[2]), to->z);
+          to->y = fma(weight, (float16)(node[table.size]), to->y);
+          to->z = fma(weight, (float16)(node[2 * table.size]), to->z);
         }
       }
     }
 #pragma unroll
   for (int channel = 0; channel < channels; ++channel) {
-    const Vectors a = sum[channel][0], b = sum[channel][1];
-    moments[channel] = (Vectors){a.x + b.x, a.y + b.y, a.z + b.z};
+    const Vectors a = moments[channel][0], b = moments[channel][1];
+    sum[channel] +=
+        fma(bracket->height, a.x + b.x, fma(bracket->n_x, a.y + b.y, bracket->n_y * (a.z + b.z)));
   }
 }
 
-// (B0, B1_u, B1_v) of every channel. Of every pixel, as most are wanted: a branch for each costs more
-// than it saves.
-inline void InterpolateAll(__global const float* coefficients, int line, int slice, size_t table,
-                           const Stencils* stencils, int16 wanted, int channels,
-                           Vectors moments[3]) {
-  SharedStencils shared;
-  if (ShareStencils(stencils, wanted, &shared)) {
-    __global const float* first = coefficients + shared.offset;
-    if (channels == 3 && shared.nodes == 4)
-      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 3, 4, moments);
-    else if (channels == 3)
-      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 3, 5, moments);
-    else if (shared.nodes == 4)
-      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 1, 4, moments);
-    else
-      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 1, 5, moments);
-    return;
+// The same of pixels with the bracket of `lane`.
+inline __attribute__((always_inline)) void AddSharedPlane(
+    __global const float* first, TableLayout table, const SharedStencils* shared,
+    const float16 rows[16], const Bracket* bracket, int lane, const int channels, float16 sum[3]) {
+  enum { kSums = 4 };
+  const float height = FloatOf(&bracket->height, lane), n_x = FloatOf(&bracket->n_x, lane),
+              n_y = FloatOf(&bracket->n_y, lane);
+  float16 sums[3][kSums];
+  float8 nodes[3][4];  // [channel][a_y], of one tau
+#pragma unroll
+  for (int channel = 0; channel < channels; ++channel)
+#pragma unroll
+    for (int k = 0; k < kSums; ++k) sums[channel][k] = 0.0f;
+  for (int i = 0; i < 4; ++i, first += table.slice) {
+#pragma unroll
+    for (int channel = 0; channel < channels; ++channel)
+#pragma unroll
+      for (int j = 0; j < 4; ++j) {
+        __global const float* row = first + 3 * channel * table.size + j * table.line;
+        nodes[channel][j] = fma(
+            (float8)(height), LoadEight(row),
+            fma((float8)(n_x), LoadEight(row + table.size), n_y * LoadEight(row + 2 * table.size)));
+      }
+    for (int n = 0; n < shared->nodes; ++n) {
+      const float16 across = shared->across[n];
+#pragma unroll
+      for (int j = 0; j < 4; ++j) {
+        const float16 weight = rows[4 * i + j] * across;
+#pragma unroll
+        for (int channel = 0; channel < channels; ++channel) {
+          const float node = ((const float*)&nodes[channel][j])[n];
+          sums[channel][j] = fma(weight, (float16)(node), sums[channel][j]);
+        }
+      }
+    }
   }
-  for (int channel = 0; channel < channels; ++channel) {
-    float16 each[4], unused;
-    Interpolate(coefficients + channel * table, line, slice, stencils, (float4*)each);
-    moments[channel] = Transposed(each, &unused);
+#pragma unroll
+  for (int channel = 0; channel < channels; ++channel)
+    sum[channel] += (sums[channel][0] + sums[channel][1]) + (sums[channel][2] + sums[channel][3]);
+}
+
+// The same of pixels that share with few others: one after the other, a lane for each node in a_x.
+inline void AddEach(__global const float* coefficients, TableLayout table, const Stencils* stencils,
+                    const Bracket* bracket, int16 taken, int channels, float16 sum[3]) {
+  for (int pixel = 0; pixel < kPixels; ++pixel) {
+    if (!((const int*)&taken)[pixel]) continue;
+    const float height = FloatOf(&bracket->height, pixel), n_x = FloatOf(&bracket->n_x, pixel),
+                n_y = FloatOf(&bracket->n_y, pixel);
+    const float4 across =
+        (float4)(FloatOf(&stencils->across[0], pixel), FloatOf(&stencils->across[1], pixel),
+                 FloatOf(&stencils->across[2], pixel), FloatOf(&stencils->across[3], pixel));
+    __global const float* first = coefficients + ((const int*)&stencils->offset)[pixel];
+    for (int channel = 0; channel < channels; ++channel, first += 3 * table.size) {
+      float4 b0 = 0.0f, b1_u = 0.0f, b1_v = 0.0f;
+#pragma unroll
+      for (int i = 0; i < 4; ++i)
+#pragma unroll
+        for (int j = 0; j < 4; ++j) {
+          __global const float* row = first + (i * table.slice + j * table.line);
+          const float4 weight = FloatOf(&stencils->rows[4 * i + j], pixel);
+          b0 = fma(weight, vload4(0, row), b0);
+          b1_u = fma(weight, vload4(0, row + table.size), b1_u);
+          b1_v = fma(weight, vload4(0, row + 2 * table.size), b1_v);
+        }
+      ((float*)&sum[channel])[pixel] +=
+          dot(across, fma((float4)(height), b0, fma((float4)(n_x), b1_u, n_y * b1_v)));
+    }
+  }
+}
+
+inline int CountOf(int16 mask) {
+  const int8 a = mask.lo + mask.hi;
+  const int4 b = a.lo + a.hi;
+  const int2 c = b.lo + b.hi;
+  return -(c.x + c.y);
+}
+
+// True if the pixels that are wanted have the bracket of `lane` up to rounding, as those of a plane do.
+inline bool IsPlane(const Bracket* bracket, int lane, float16 rounding, int16 wanted) {
+  return !AnyOf(wanted & (fabs(bracket->height - FloatOf(&bracket->height, lane)) > rounding |
+                          fabs(bracket->n_x - FloatOf(&bracket->n_x, lane)) > 1e-6f |
+                          fabs(bracket->n_y - FloatOf(&bracket->n_y, lane)) > 1e-6f));
+}
+
+// height B0 + n_x B1_u + n_y B1_v of every channel and of the pixels that are wanted.
+inline void InterpolateAll(__global const float* coefficients, TableLayout table,
+                           const Stencils* stencils, const Bracket* bracket, float16 rounding,
+                           int16 wanted, int channels, float16 sum[3]) {
+  for (int channel = 0; channel < 3; ++channel) sum[channel] = 0.0f;
+  int lane = 0;
+  while (!((const int*)&wanted)[lane]) ++lane;
+  const bool plane = IsPlane(bracket, lane, rounding, wanted);
+  SharedStencils shared;
+  for (int16 left = wanted; AnyOf(left);) {
+    const int16 taken = TakeShared(stencils, &left, &shared);
+    __global const float* first = coefficients + shared.offset;
+    if (CountOf(taken) < kFewestToShare)
+      AddEach(coefficients, table, stencils, bracket, taken, channels, sum);
+    else if (plane && channels == 3)
+      AddSharedPlane(first, table, &shared, stencils->rows, bracket, lane, 3, sum);
+    else if (plane)
+      AddSharedPlane(first, table, &shared, stencils->rows, bracket, lane, 1, sum);
+    else if (channels == 3)
+      AddShared(first, table, &shared, stencils->rows, bracket, 3, sum);
+    else
+      AddShared(first, table, &shared, stencils->rows, bracket, 1, sum);
   }
 }
 
@@ -219,8 +278,7 @@ inline void ListLeft(int16 by_exact, int16 unclipped, int16 tabulated, int first
             *whole = (const int*)&tabulated;
   for (int k = 0; k < kPixels; ++k) {
     if (exact[k]) left[2 + atomic_inc(left)] = first + k;
-    if (fine[k])
-      left[1 + pixel_count - atomic_inc(left + 1)] = whole[k] ? ~(first + k) : first + k;
+    if (fine[k]) left[1 + pixel_count - atomic_inc(left + 1)] = whole[k] ? ~(first + k) : first + k;
   }
 }
 
@@ -259,11 +317,10 @@ inline void AddToPixels(const float16* e, int channels, int first, int count,
 // (kPixels pixels).
 __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                                __constant const VolumeParams* volume,
-                               __global const float* coefficients,
-                               __global const float4* positions, __global const float4* normals,
-                               int pixel_count, __global const float4* ratio,
-                               __global float4* irradiance, __global float* variance,
-                               __global int* left, float max_error,
+                               __global const float* coefficients, __global const float4* positions,
+                               __global const float4* normals, int pixel_count,
+                               __global const float4* ratio, __global float4* irradiance,
+                               __global float* variance, __global int* left, float max_error,
                                __global const float* share) {
   const int first = (int)get_global_id(0) * kPixels;
   if (first >= pixel_count) return;
@@ -282,8 +339,7 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   if (!AnyOf(lit)) return;
 
   // n . (u - p) over the supports is height +- spread.
-  const Vectors n =
-      DirectionsInFrame(luminaire, LoadVectors(normals, first, pixel_count, &unused));
+  const Vectors n = DirectionsInFrame(luminaire, LoadVectors(normals, first, pixel_count, &unused));
   const float16 height = -fma(n.x, x, fma(n.y, y, n.z * z));
   const float16 spread = fabs(n.x) * volume->extent[0] + fabs(n.y) * volume->extent[1];
   lit &= height + spread > 0.0f;
@@ -294,9 +350,8 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                 at_tau = Position(&volume->axis[2], tau);
   // With shares of rays a pixel is lit once: its variance grows with the square of its light.
   const int16 from_behind = ratio ? (int16)(0) : unclipped & height > 0.0f;
-  const int16 tabulated = lit & (~cut | from_behind) &
-                          IsInside(&volume->axis[0], at_x) & IsInside(&volume->axis[1], at_y) &
-                          IsInside(&volume->axis[2], at_tau),
+  const int16 tabulated = lit & (~cut | from_behind) & IsInside(&volume->axis[0], at_x) &
+                          IsInside(&volume->axis[1], at_y) & IsInside(&volume->axis[2], at_tau),
               by_exact = lit & ~unclipped & ~tabulated;
   if (AnyOf(unclipped | by_exact))
     ListLeft(by_exact, unclipped, tabulated, first, pixel_count, left);
@@ -306,13 +361,13 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   MakeStencils(volume, Covered(&volume->axis[0], at_x), Covered(&volume->axis[1], at_y),
                Covered(&volume->axis[2], at_tau), &stencils);
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
-  const size_t table = 4 * (size_t)slice * volume->axis[2].coefficients;
+  const TableLayout table = {line, slice, (size_t)slice * volume->axis[2].coefficients};
   const float16 scale = select((float16)(0.0f), seen * tau * tau / z, tabulated);
-  Vectors b[3];
-  InterpolateAll(coefficients, line, slice, table, &stencils, tabulated, luminaire->channels, b);
+  const Bracket bracket = {height, n.x, n.y};
   float16 e[3];
-  for (int channel = 0; channel < luminaire->channels; ++channel)
-    e[channel] = scale * fma(height, b[channel].x, fma(n.x, b[channel].y, n.y * b[channel].z));
+  InterpolateAll(coefficients, table, &stencils, &bracket, rounding, tabulated, luminaire->channels,
+                 e);
+  for (int channel = 0; channel < luminaire->channels; ++channel) e[channel] *= scale;
   AddToPixels(e, luminaire->channels, first, pixel_count, ratio, irradiance, variance);
 }
 
