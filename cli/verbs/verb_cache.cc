@@ -1,11 +1,15 @@
-// luxfield cache [--clear] [--size [LIMIT]]
+// luxfield cache [--clear] [--size [LIMIT]] [--compile SURFACES]
 #include <fmt/format.h>
 
+#include <map>
 #include <memory>
+#include <string>
 
 #include "luxfield/cli/program.h"
 #include "luxfield/core/cache.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/pilot_kernels.h"
 
 namespace luxfield::cli {
 namespace {
@@ -14,7 +18,20 @@ struct Options {
   bool clear = false;
   const CLI::Option* size = nullptr;  // --size, alone or with a limit
   std::string limit;                  // "2GiB"; empty: as it is
+  std::string compile, device;        // surfaces; empty: nothing is compiled
 };
+
+const std::map<std::string, render::PilotSurfaces> kSurfaces{
+    {"lambertian", render::PilotSurfaces::kLambertian}, {"glossy", render::PilotSurfaces::kGlossy}};
+
+double CompileSeconds(const Options& options, int threads) {
+  const core::Stopwatch stopwatch;
+  const render::Device device = render::Device::Open(options.device, threads);
+  const render::PilotSurfaces surfaces = kSurfaces.at(options.compile);
+  render::CompilePilotKernels(device, surfaces);
+  if (const auto key = render::PilotKernelsKey(device, surfaces)) core::PutIntoCache(*key, "begun");
+  return stopwatch.WallSeconds();
+}
 
 core::Json ToJson(const core::CacheUse& use) {
   core::Json kinds = core::Json::object();
@@ -38,7 +55,7 @@ void Print(const core::CacheUse& use) {
              FormatBytes(static_cast<double>(use.limit_bytes)));
 }
 
-core::Json Run(const Options& options) {
+core::Json Run(const Options& options, const Common& common) {
   if (!options.limit.empty()) {
     const double bytes = ParseQuantity(
         options.limit, "--size", {{"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}, {"B", 1}});
@@ -55,10 +72,14 @@ core::Json Run(const Options& options) {
     fmt::print("freed {}\n", FormatBytes(static_cast<double>(freed)));
     json["freed_bytes"] = freed;
   }
+  if (!options.compile.empty()) {
+    json["compile_s"] = CompileSeconds(options, common.threads);
+    fmt::print("compiled in {:.1f} s\n", json["compile_s"].get<double>());
+  }
   const core::CacheUse use = core::CacheInUse();
   if (options.size->count() > 0 && options.limit.empty())
     fmt::print("{}\n", use.bytes);
-  else if (!options.clear)
+  else if (!options.clear && options.compile.empty())
     Print(use);
   json.update(ToJson(use));
   return json;
@@ -68,13 +89,20 @@ core::Json Run(const Options& options) {
 
 void AddCache(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb("cache", [options] { return Run(*options); });
+  CLI::App& verb =
+      program.AddVerb("cache", [options, &program] { return Run(*options, program.common()); });
   verb.add_flag("--clear", options->clear, "Remove all that is kept");
   options->size =
       verb.add_option("--size", options->limit,
                       "Bytes that are kept now; with a value, as 2GiB, the most that are kept from "
                       "now on")
           ->expected(0, 1);
+  verb.add_option(
+          "--compile", options->compile,
+          "Compile the kernels that render --error tries for surfaces of this kind, so that the "
+          "first picture does not wait for them")
+      ->check(CLI::IsMember({"lambertian", "glossy"}));
+  verb.add_option("--device", options->device, "OpenCL device (default: the first)");
 }
 
 }  // namespace luxfield::cli

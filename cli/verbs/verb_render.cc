@@ -13,6 +13,7 @@
 #include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/kernels_ahead.h"
 #include "luxfield/cli/verbs/png_options.h"
 #include "luxfield/cli/verbs/render_sequence.h"
 #include "luxfield/cli/verbs/verb_render.h"
@@ -191,6 +192,7 @@ Rendered RenderAtOnce(const render::Device& device, RenderSetUp set_up) {
   render::LitScene lit(device, std::move(set_up.scene));
   std::optional<render::AccurateFrame> accurate;
   if (!options.error.empty() || !options.time.empty()) {
+    const KernelsAhead ahead(lit, options);
     accurate = RenderToTarget(lit, options);
     options.render.estimator = accurate->chosen.estimator;
   }

@@ -19,8 +19,9 @@ constexpr std::size_t kPixelsPerItem = 16;  // kPixels of volume.cl
 // Of the error asked for, what cut texels that are not clipped may take of |J|.
 constexpr float kShareOfCuts = 0.5f;
 
-// x and y bit by bit in turns: pixels by this order lie near those before them along both axes.
-std::uint64_t AlternatingBits(std::uint32_t x, std::uint32_t y) {
+// x and y bit by bit in turns (Morton 1966): pixels by this order lie near those before them along both
+// axes.
+std::uint64_t MortonCode(std::uint32_t x, std::uint32_t y) {
   std::uint64_t bits = 0;
   for (int k = 0; k < 32; ++k)
     bits |= std::uint64_t{x >> k & 1} << (2 * k) | std::uint64_t{y >> k & 1} << (2 * k + 1);
@@ -33,7 +34,7 @@ void SortByNeighbourhood(std::vector<cl_int>& pixels, int width) {
   keyed.reserve(pixels.size());
   for (const cl_int listed : pixels) {
     const cl_int pixel = listed < 0 ? ~listed : listed;
-    keyed.emplace_back(AlternatingBits(pixel % width, pixel / width), listed);
+    keyed.emplace_back(MortonCode(pixel % width, pixel / width), listed);
   }
   std::sort(keyed.begin(), keyed.end());
   for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k] = keyed[k].second;
