@@ -47,7 +47,7 @@ bool MayBeAhead(const render::LitScene& scene, const RenderVerbOptions& options)
          render::CompilesWhileRunning(scene.device());
 }
 
-// And is kept to have been.
+// True once: that it was asked is kept. False where nothing can be kept.
 bool IsFirst(const core::CacheKey& key) {
   if (core::FindInCache(key)) return false;
   core::PutIntoCache(key, "begun");
@@ -61,10 +61,9 @@ KernelsAhead::KernelsAhead(const render::LitScene& scene, const RenderVerbOption
   const bool glossy = scene.geometry().glossy;
   const auto key = render::PilotKernelsKey(
       scene.device(), glossy ? render::PilotSurfaces::kGlossy : render::PilotSurfaces::kLambertian);
-  if (!key || !IsFirst(*key)) return;
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error || program.filename() != kProgram) return;
+  if (error || program.filename() != kProgram || !key || !IsFirst(*key)) return;
   std::vector<std::string> words{program.string(), "cache", "--compile",
                                  glossy ? "glossy" : "lambertian", "--quiet"};
   if (!options.device.empty()) words.insert(words.end(), {"--device", options.device});

@@ -66,5 +66,23 @@ TEST_F(KernelsAhead, AreThoseOfThePilots) {
   }
 }
 
+// What is kept of the other process is all that is kept of programs where an estimator is chosen.
+TEST_F(KernelsAhead, AreBegunByTheFirstPictureWhoseEstimatorIsChosen) {
+  const fs::path scene = bench::WriteCarField(folder_, 2, 2, 32);
+  const auto begun = [&](const std::vector<std::string>& more) {
+    fs::remove_all(folder_ / "cache");
+    std::vector<std::string> words{"render", scene.string(), "-o", "picture.exr", "--width",
+                                   "32",     "--height",     "24", "--error",     "50%"};
+    words.insert(words.end(), more.begin(), more.end());
+    Luxfield(words);
+    Luxfield({"cache", "--json", (folder_ / "cache.json").string()});
+    return nlohmann::json::parse(core::ReadFile(folder_ / "cache.json"))["kinds"].contains(
+        "programs");
+  };
+  EXPECT_FALSE(begun({"--estimator", "windowed"}));
+  if (Compiled().empty()) GTEST_SKIP() << "the device is not PoCL's";
+  EXPECT_TRUE(begun({}));
+}
+
 }  // namespace
 }  // namespace luxfield::e2e
