@@ -57,6 +57,9 @@ struct TableSize {
   std::size_t coefficients() const { return static_cast<std::size_t>(x + 2) * (y + 2) * (w + 2); }
 };
 
+// Codes of all tables of a lamp: readers refuse more (docs/web.md, "The codes").
+constexpr std::size_t kMostCodes = std::size_t{1} << 23;
+
 // Of one component of K and one channel.
 struct Quantisation {
   double knee = 1;  // W m^-2 or lm m^-2

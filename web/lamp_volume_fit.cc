@@ -22,6 +22,7 @@ constexpr int kSlices = 16;           // of heights at which a table is judged
 constexpr int kPlacesAcross = 64;     // along either side of a slice
 constexpr double kFiner = 1.45;       // more nodes on an axis in one step
 constexpr double kMostNodes = 254;    // on an axis: WebGL2 promises textures of 256
+constexpr int kMostTables = 4;        // RangesOf
 constexpr int kBrightTrials = 64;     // to find a bright receiver
 
 // A random unit vector at most 45 degrees from -z, uniform in solid angle.
@@ -221,8 +222,12 @@ class Ladder {
       core::ThrowIfInterrupted();
       Attempt wider = Try(last_.across * finer, last_.along),
               longer = Try(last_.across, last_.along * finer);
-      const bool wider_fits = wider.packed.size() <= max_bytes && last_.across < kMostNodes,
-                 longer_fits = longer.packed.size() <= max_bytes && last_.along < kMostNodes;
+      const auto fits = [&](const Attempt& attempt) {
+        return attempt.packed.size() <= max_bytes &&
+               attempt.table.codes.size() <= kMostCodes / kMostTables;
+      };
+      const bool wider_fits = fits(wider) && last_.across < kMostNodes,
+                 longer_fits = fits(longer) && last_.along < kMostNodes;
       if (!wider_fits && !longer_fits) continue;
       const bool widen = wider_fits && (!longer_fits || Gain(last_, wider) >= Gain(last_, longer));
       last_ = widen ? std::move(wider) : std::move(longer);

@@ -37,6 +37,8 @@ LampTable TableOf(const core::Json& stated, const std::vector<std::uint8_t>& pac
   table.size = {nodes.at(0), nodes.at(1), nodes.at(2)};
   for (const int n : {table.size.x, table.size.y, table.size.w})
     if (n < 4 || n > 4096) throw InputError("a table's nodes make no sense");
+  if (3 * channels * table.size.coefficients() > kMostCodes)
+    throw InputError("a table's nodes make no sense");
   for (int k = 0; k < 3 * channels; ++k)
     table.quantisation.push_back({stated.at("knees").at(k), stated.at("steps").at(k)});
   table.codes = UnpackCodes(packed, table.size, channels);
@@ -92,8 +94,12 @@ FittedVolume VolumeFromJson(
                        : json.at("unit") == "relative" ? lightfield::FluxUnit::kRelative
                                                        : lightfield::FluxUnit::kWatt;
     read.volume.bounds = {RectangleOf(json.at("on_f")), RectangleOf(json.at("on_i"))};
-    for (const core::Json& table : json.at("tables"))
+    std::size_t count = 0;
+    for (const core::Json& table : json.at("tables")) {
       read.volume.tables.push_back(TableOf(table, codes(table), read.volume.channels));
+      count += read.volume.tables.back().codes.size();
+      if (count > kMostCodes) throw damaged;
+    }
     for (const core::Json& zone : json.at("zones"))
       read.zones.push_back({zone.at("z_first_m"), zone.at("z_last_m"), zone.at("about_image_plane"),
                             zone.at("stated_error"), zone.at("rel_rmse"), zone.at("receivers")});

@@ -4,16 +4,76 @@
 
 export const LUMINANCE = [0.2126, 0.7152, 0.0722]; // of linear Rec. 709 (ITU-R BT.709-6, 3.2)
 
+// What the tables of a lamp may state together (docs/web.md, "The codes"): 32 MB as float32.
+const MOST_CODES = 2 ** 23;
+
+const refusal = (problem) => new Error(`${problem}; export the lamp again with 'luxfield export'`);
+
+const codeCount = ({ nodes: [x, y, w], steps }) => (x + 2) * (y + 2) * (w + 2) * steps.length;
+
+// Throws an Error that names the first key of a lamp's JSON that is not as docs/web.md says.
+function checkStated(stated) {
+  const must = (holds, key, rule) => {
+    if (!holds) throw refusal(`${key} must be ${rule}`);
+  };
+  const isList = (list, length) => Array.isArray(list) && list.length === length && list.every(Number.isFinite);
+  must(stated !== null && typeof stated === 'object', 'the lamp', 'an object');
+  must(stated.delta_m > 0 && Number.isFinite(stated.delta_m), 'delta_m', 'a positive number');
+  must(stated.channels === 1 || stated.channels === 3, 'channels', '1 or 3');
+  for (const key of ['on_f', 'on_i']) must(isList(stated[key], 4), key, 'four numbers');
+  const zones = stated.zones ?? [];
+  must(Array.isArray(zones) && zones.every((zone) => ['z_first_m', 'z_last_m', 'stated_error'].every(
+    (key) => Number.isFinite(zone?.[key]))), 'zones', 'a list of ranges with their errors');
+  const { tables } = stated;
+  must(Array.isArray(tables) && tables.length >= 1, 'tables', 'a list of tables');
+  let codes = 0;
+  tables.forEach((table, k) => {
+    const where = `tables[${k}]`;
+    must(table !== null && typeof table === 'object', where, 'an object');
+    must(table.side === 'front' || table.side === 'between', `${where}.side`, "'front' or 'between'");
+    must(Number.isFinite(table.first) && table.first >= 0 && table.last > table.first
+      && Number.isFinite(table.last), `${where}.first and last`, 'an ascending range');
+    must(isList(table.nodes, 3) && table.nodes.every((n) => Number.isInteger(n) && n >= 4),
+      `${where}.nodes`, 'three whole numbers of at least 4');
+    for (const key of ['knees', 'steps'])
+      must(isList(table[key], 3 * stated.channels), `${where}.${key}`, `${3 * stated.channels} numbers`);
+    codes += codeCount(table);
+    must(codes <= MOST_CODES, `${where}.nodes`, `so few that all tables have ${MOST_CODES} codes at most`);
+  });
+}
+
 function bytesOfBase64(text) {
-  const characters = atob(text);
+  let characters;
+  try {
+    characters = atob(text);
+  } catch {
+    throw refusal('the codes of a table are no base64');
+  }
   const bytes = new Uint8Array(characters.length);
   for (let k = 0; k < bytes.length; ++k) bytes[k] = characters.charCodeAt(k);
   return bytes;
 }
 
-async function inflate(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+// Unpacks a zlib stream of `length` bytes, and stops reading where it is longer.
+async function inflate(packed, length, where) {
+  const damaged = () => refusal(`${where}: the codes are no zlib stream of the ${length} bytes that 'nodes' states`);
+  const bytes = new Uint8Array(length);
+  let filled = 0;
+  const reader = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate')).getReader();
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) break;
+      if (filled + value.length > length) throw damaged();
+      bytes.set(value, filled);
+      filled += value.length;
+    }
+  } catch {
+    reader.cancel().catch(() => {});
+    throw damaged();
+  }
+  if (filled !== length) throw damaged();
+  return bytes;
 }
 
 // Codes from their differences to what the neighbours before them say, low bytes before high bytes.
@@ -32,12 +92,10 @@ function codesOfBytes(bytes, line, lines) {
   return codes;
 }
 
-async function decodeTable(stated, packed) {
-  const [x, y, w] = stated.nodes;
-  const count = (x + 2) * (y + 2) * (w + 2);
-  const codes = codesOfBytes(await inflate(packed), x + 2, y + 2);
-  if (codes.length !== count * stated.steps.length)
-    throw new Error(`a table of ${codes.length} codes where ${count * stated.steps.length} are stated`);
+async function decodeTable(stated, packed, where) {
+  const [x, y] = stated.nodes;
+  const total = codeCount(stated), count = total / stated.steps.length;
+  const codes = codesOfBytes(await inflate(packed, 2 * total, where), x + 2, y + 2);
   const coefficients = new Float32Array(codes.length);
   stated.steps.forEach((step, component) => {
     const knee = stated.knees[component];
@@ -79,11 +137,13 @@ export class LampVolume {
   // `stated` is a page's JSON, or a light of LUXFIELD_light_field; `packed` gives the zlib stream of
   // one of its tables.
   static async decode(stated, packed = (table) => bytesOfBase64(table.codes)) {
+    checkStated(stated);
     const volume = new LampVolume();
     Object.assign(volume, { delta: stated.delta_m, channels: stated.channels, onF: stated.on_f,
-      onI: stated.on_i, zones: stated.zones, floorShare: stated.floor_share });
-    volume.tables = await Promise.all(stated.tables.map((table) =>
-      decodeTable(table, packed(table))));
+      onI: stated.on_i, zones: stated.zones ?? [], floorShare: stated.floor_share ?? NaN });
+    volume.tables = [];
+    for (const [k, table] of stated.tables.entries())
+      volume.tables.push(await decodeTable(table, packed(table), `tables[${k}]`));
     return volume;
   }
 
@@ -181,9 +241,10 @@ export class LampVolume {
     return at.scale * at.scale * table.brightest[Math.round(position) + 1];
   }
 
-  // The stated error of the zone of height z; of the farthest zone beyond it, NaN before the nearest.
+  // The stated error of the zone of height z; of the farthest zone beyond it, NaN before the nearest
+  // or where the file states none.
   statedErrorAt(z) {
-    if (!(z >= this.zones[0].z_first_m)) return NaN;
+    if (!(z >= this.zones[0]?.z_first_m)) return NaN;
     const zone = this.zones.find((one) => z <= one.z_last_m) || this.zones[this.zones.length - 1];
     return zone.stated_error;
   }

@@ -30,7 +30,11 @@ def chunks(path):
 def coefficients(table, packed, channels):
     """[channel][component][w][y][x]"""
     x, y, w = (n + 2 for n in table["nodes"])
-    low, high = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(2, -1).astype(np.int64)
+    size = 2 * 3 * channels * x * y * w
+    assert size <= 2 << 23, "a table of more codes than docs/web.md allows"
+    data = zlib.decompressobj().decompress(packed, size + 1)
+    assert len(data) == size, "the codes are no stream of the size that 'nodes' states"
+    low, high = np.frombuffer(data, np.uint8).reshape(2, -1).astype(np.int64)
     numbers = low + 256 * high
     differences = np.where(numbers % 2 == 0, numbers // 2, -(numbers + 1) // 2).reshape(channels, 3, w, y, x)
     codes = differences.cumsum(axis=-1).cumsum(axis=-2)  # what left + below - both adds up to

@@ -1,8 +1,12 @@
 // node --test: readers of LUXFIELD_light_field by the vectors of web/vectors/.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
+import { spawnSync } from 'node:child_process';
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { test } from 'node:test';
+import { deflateSync } from 'node:zlib';
 import { LUMINANCE, chunksOfGlb, lightShader, texelsOf, volumesOfGlb } from '../lib/index.js';
 
 const at = (name) => new URL(`../vectors/${name}`, import.meta.url);
@@ -69,13 +73,95 @@ test('what is no lamp is refused', async () => {
   await assert.rejects(volumesOfGlb(other), /voluMe/);
 });
 
+// A binary glTF file of that JSON and those bytes.
+function glbOf(json, binary) {
+  const text = Buffer.from(JSON.stringify(json));
+  const chunk = (kind, bytes) => {
+    const head = Buffer.alloc(8);
+    head.writeUInt32LE(bytes.length, 0);
+    head.writeUInt32LE(kind, 4);
+    return Buffer.concat([head, bytes]);
+  };
+  const head = Buffer.alloc(12);
+  const body = Buffer.concat([chunk(0x4e4f534a, text), chunk(0x004e4942, binary)]);
+  [0x46546c67, 2, 12 + body.length].forEach((number, k) => head.writeUInt32LE(number, 4 * k));
+  return Buffer.concat([head, body]);
+}
+
+const lightOf = (json) => json.extensions.LUXFIELD_light_field.lights[0];
+
+test('a stream longer than its table states is read no further', async () => {
+  const { json } = chunksOfGlb(glb);
+  const bomb = deflateSync(Buffer.alloc(400 << 20)); // 400 kB
+  json.bufferViews[lightOf(json).tables[0].bufferView] = { buffer: 0, byteOffset: 0, byteLength: bomb.length };
+  const folder = await mkdtemp(join(tmpdir(), 'luxfield-bomb-'));
+  try {
+    const file = join(folder, 'bomb.glb');
+    await writeFile(file, glbOf(json, bomb));
+    const program = `
+      import { readFileSync } from 'node:fs';
+      import { volumesOfGlb } from ${JSON.stringify(new URL('../lib/index.js', import.meta.url).href)};
+      const problem = await volumesOfGlb(readFileSync(${JSON.stringify(file)})).then(() => 'none', (e) => e.message);
+      console.log(JSON.stringify({ problem, kilobytes: process.resourceUsage().maxRSS }));`;
+    const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '-e', program]);
+    const { problem, kilobytes } = JSON.parse(stdout.toString() || `{"problem": ${JSON.stringify(stderr.toString())}}`);
+    assert.match(problem, /^LUXFIELD_light_field: tables\[0\]: the codes are no zlib stream of the \d+ bytes/);
+    assert.ok(kilobytes < 200 << 10, `${kilobytes} kB`);
+  } finally {
+    await rm(folder, { recursive: true });
+  }
+});
+
+test('tables that state too many codes are refused before anything is unpacked', async () => {
+  const { json, binary } = chunksOfGlb(glb);
+  lightOf(json).tables[1].nodes = [4096, 4096, 4096];
+  await assert.rejects(volumesOfGlb(glbOf(json, binary)), /tables\[1\]\.nodes must be so few/);
+  const many = chunksOfGlb(glb);
+  lightOf(many.json).tables = Array(100).fill({ ...lightOf(many.json).tables[0], nodes: [64, 64, 8] });
+  await assert.rejects(volumesOfGlb(glbOf(many.json, many.binary)), /nodes must be so few/);
+});
+
+// Every value of the lamp's JSON replaced by each of these, one at a time, and files cut short: the
+// reader takes them or says what is wrong in words of its own.
+test('whatever is wrong is said in a sentence', async () => {
+  const { json, binary } = chunksOfGlb(glb);
+  const values = [null, -1, 0, 0.5, 1e300, '', 'x', [], [1], {}, true, 2 ** 31];
+  const places = [];
+  const walk = (node, path) => {
+    if (node === null || typeof node !== 'object') return;
+    for (const key of Object.keys(node)) {
+      places.push([...path, key]);
+      walk(node[key], [...path, key]);
+    }
+  };
+  walk({ bufferViews: json.bufferViews, extensions: json.extensions }, []);
+  let refused = 0;
+  const tryFile = async (file, what) => {
+    try {
+      const [lamp] = await volumesOfGlb(file);
+      lamp?.uncertainty([0.1, 0, 2], [0, 0, -1]);
+    } catch (problem) {
+      ++refused;
+      assert.equal(problem.constructor, Error, `${what}: ${problem.stack}`);
+      assert.match(problem.message, /glTF|LUXFIELD_light_field/, what);
+    }
+  };
+  for (const path of places.filter((_, k) => k % 3 === 0))
+    for (const value of values) {
+      const spoilt = JSON.parse(JSON.stringify(json));
+      path.slice(0, -1).reduce((node, key) => node[key], spoilt)[path.at(-1)] = value;
+      await tryFile(glbOf(spoilt, binary), `${path.join('.')} = ${JSON.stringify(value)}`);
+    }
+  for (let length = 0; length < binary.length; length += 97)
+    await tryFile(glbOf(json, binary.subarray(0, length)), `${length} bytes`);
+  assert.ok(refused > places.length, `${refused} were refused`);
+});
+
 // three.js where it is installed (./run foreign): the file by GLTFLoader.
 const three = process.env.LUXFIELD_THREE;
 const skip = three ? false : 'LUXFIELD_THREE names no folder with three';
 test('three.js loads the lamp', { skip }, async () => {
-  const { mkdtemp, mkdir, cp, symlink, rm } = await import('node:fs/promises');
-  const { tmpdir } = await import('node:os');
-  const { join } = await import('node:path');
+  const { mkdir, cp, symlink } = await import('node:fs/promises');
   const { pathToFileURL, fileURLToPath } = await import('node:url');
   const folder = await mkdtemp(join(tmpdir(), 'luxfield-three-'));
   try {
