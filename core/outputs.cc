@@ -76,11 +76,7 @@ void RequireOutputPlace(const fs::path& path) {
   if (!fs::is_directory(above))
     throw InputError(path.string(), fmt::format("'{}' is no folder", folder.string()),
                      "name one that is");
-  const auto there = fs::status(path, unknown);
-  if (fs::is_directory(there))
-    throw InputError(path.string(), "is a folder, not a file to write", "name a file in it");
-  if (fs::exists(there) && !fs::is_regular_file(there))
-    throw InputError(path.string(), "is no file that can be replaced", "name another");
+  RequireReplaceable(path);
   if (::access(folder.c_str(), W_OK | X_OK) != 0) FailWriting(path, "create");
 }
 

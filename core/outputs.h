@@ -23,7 +23,8 @@ class Outputs {
 
   // Syncs all that waits, then renames all. Where a rename fails, those before it are undone: what
   // was there before is there again. A process that is killed between two renames leaves some of
-  // the files in place, whole, and the others not. Throws DeviceError.
+  // the files in place, whole, and the others not. Throws DeviceError, and InputError where
+  // something else than a file has got one of the names.
   void PutInPlace();
 
  private:
@@ -50,7 +51,7 @@ class WritesAtOnce {
 void PutOutputsInPlace();
 
 // Puts it in place, or hands it to the Outputs that lives. Throws InputError where two outputs have
-// one name.
+// one name, and as StagedFile does.
 void Place(StagedFile file);
 
 // Where a file can be read that the verb may have written: where it waits, else at `path`.

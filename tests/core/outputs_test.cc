@@ -86,18 +86,23 @@ TEST_F(OutputsTest, OfAFailureLeaveNothingAndWhatWasThereStays) {
   EXPECT_EQ(ReadFile(folder_ / "a.txt"), "old");
 }
 
-// The second rename fails, as a folder has the name: the first is undone, of a file that was there
-// and of one that was not.
+// The third rename fails, as a folder or a pipe has the name: those before it are undone, of a file
+// that was there and of one that was not.
 TEST_F(OutputsTest, ARenameThatFailsUndoesThoseBeforeIt) {
-  Write("old.txt", "old");
-  {
+  for (const bool pipe : {false, true}) {
+    fs::remove(folder_ / "taken");
+    Write("old.txt", "old");
     Outputs outputs;
     Write("old.txt", "new");
     Write("fresh.txt", "new");
     Write("taken", "new");
     Write("never.txt", "new");
-    fs::create_directory(folder_ / "taken");
-    EXPECT_THROW(outputs.PutInPlace(), DeviceError);
+    if (pipe)
+      ::mkfifo((folder_ / "taken").c_str(), 0600);
+    else
+      fs::create_directory(folder_ / "taken");
+    EXPECT_THROW(outputs.PutInPlace(), InputError);
+    EXPECT_EQ(fs::is_fifo(folder_ / "taken"), pipe);
   }
   EXPECT_THAT(Files(), ElementsAre("old.txt", "taken"));
   EXPECT_EQ(ReadFile(folder_ / "old.txt"), "old");
