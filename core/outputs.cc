@@ -1,8 +1,11 @@
 #include "luxfield/core/outputs.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "luxfield/core/descriptor.h"
+#include "luxfield/core/file_kind.h"
 
 namespace luxfield::core {
 namespace {
@@ -64,6 +67,24 @@ bool WriteCacheFile(const fs::path& path, std::string_view bytes) {
   } catch (const Error&) {
     return false;
   }
+}
+
+void RequireOwn(const fs::path& path, const fs::path& output, std::string_view mark) {
+  RequireReplaceable(path);
+  std::error_code unknown;
+  if (!fs::exists(path, unknown)) return;
+  bool found = false;
+  std::string text;  // from where the mark may begin
+  ReadInPieces(path, [&](std::string_view piece) {
+    text += piece;
+    found = found || text.find(mark) != text.npos;
+    text.erase(0, text.size() - std::min(text.size(), mark.size() - 1));
+  });
+  if (!found)
+    throw InputError(path.string(),
+                     fmt::format("is {}, in whose place a file that belongs to {} would come",
+                                 NameOf(WhatIs(path)), output.filename().string()),
+                     "move it away, or name another output");
 }
 
 void RequireOutputPlace(const fs::path& path) {

@@ -61,6 +61,12 @@ std::filesystem::path ReadableAt(const std::filesystem::path& path);
 // and makes its folder. Whether that worked.
 bool WriteCacheFile(const std::filesystem::path& path, std::string_view bytes);
 
+// For a file that belongs to `output`, which the user names, and gets its name from it: that what has
+// this name already is such a file, as the bytes `mark` tell, which each of them holds. Throws
+// InputError.
+void RequireOwn(const std::filesystem::path& path, const std::filesystem::path& output,
+                std::string_view mark);
+
 // For the beginning of a verb: that `path` can be written. Throws InputError where its folder is
 // missing or is none, or where something else than a file has its name; DeviceError where the
 // folder takes no files.

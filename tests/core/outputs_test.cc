@@ -225,6 +225,31 @@ TEST_F(OutputsTest, ACacheFileIsThereAtOnceOrNotAtAll) {
   EXPECT_THAT(Files(), ElementsAre("deep", "file"));
 }
 
+TEST_F(OutputsTest, OnlyFilesWithTheMarkAreOnesOwn) {
+  const std::string far(std::size_t{1} << 20, 'x');  // as much as is read at once
+  RequireOwn(folder_ / "absent", "lamp.rad", "mark");
+  for (const std::string& own : {std::string("mark"), far + "mark", far.substr(2) + "mark" + far,
+                                 far.substr(1) + "mamark"}) {
+    Write("a.dat", own);
+    EXPECT_NO_THROW(RequireOwn(folder_ / "a.dat", "lamp.rad", "mark"));
+  }
+  ::mkfifo((folder_ / "fifo").c_str(), 0600);
+  EXPECT_THROW(RequireOwn(folder_ / "fifo", "lamp.rad", "mark"), InputError);
+  for (const auto& [other, kind] :
+       {std::pair{std::string(), "no file that luxfield knows"},
+        std::pair{far + "mar" + far + "k", "no file that luxfield knows"},
+        std::pair{std::string("\xf2\x03\0\0", 4), "a ray file of TM-25, Zemax"}}) {
+    Write("a.dat", other);
+    try {
+      RequireOwn(folder_ / "a.dat", "there/lamp.rad", "mark");
+      ADD_FAILURE();
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(std::string("a.dat: is ") + kind));
+      EXPECT_THAT(error.what(), testing::HasSubstr("a file that belongs to lamp.rad would come"));
+    }
+  }
+}
+
 TEST_F(OutputsTest, PlacesThatTakeNoFile) {
   Leave("file");
   ::mkfifo((folder_ / "fifo").c_str(), 0600);
