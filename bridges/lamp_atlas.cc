@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "luxfield/bridges/belongs_to.h"
 #include "luxfield/bridges/lit_texels.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/core/printable.h"
 #include "luxfield/version.h"
 
@@ -17,6 +19,8 @@ using lightfield::LightField;
 using lightfield::PosedLightField;
 using lightfield::RigidPose;
 using lightfield::Vec3;
+
+constexpr char kFormat[] = "luxfield lamp atlas";
 
 // One channel of the field as the picture has it.
 std::vector<float> Plane(const LightField& field, const LitTexels& lit, int channel) {
@@ -36,8 +40,8 @@ std::vector<float> Plane(const LightField& field, const LitTexels& lit, int chan
   return plane;
 }
 
-void WritePicture(const std::filesystem::path& path, const LightField& field, const LitTexels& lit,
-                  const std::string& source) {
+void WritePicture(const std::filesystem::path& path, const std::filesystem::path& json,
+                  const LightField& field, const LitTexels& lit, const std::string& source) {
   constexpr int kLargest = 1 << 15;
   const auto& g = field.geometry;
   const long width = static_cast<long>(lit.columns()) * g.grid.width,
@@ -52,12 +56,17 @@ void WritePicture(const std::filesystem::path& path, const LightField& field, co
   std::vector<std::vector<float>> planes;
   for (int channel = 0; channel < g.channels; ++channel)
     planes.push_back(Plane(field, lit, channel));
-  core::ExrPartView part{"", static_cast<int>(width), static_cast<int>(height), {}, {}};
+  core::ExrPartView part{"",
+                         static_cast<int>(width),
+                         static_cast<int>(height),
+                         {},
+                         {{kBelongsTo, json.filename().string()}}};
   constexpr const char* kNames[] = {"R", "G", "B"};
   for (int channel = 0; channel < 3; ++channel)
     part.channels.push_back(
         {kNames[channel],
          std::span<const float>(planes[static_cast<std::size_t>(g.channels == 3 ? channel : 0)])});
+  core::RequireOwn(path, json, kBelongsTo);
   core::WriteExr(path, std::span(&part, 1));
 }
 
@@ -123,9 +132,9 @@ std::string MitsubaShape(const PosedLightField& posed, std::size_t number,
 std::vector<std::filesystem::path> WriteLampAtlas(const std::filesystem::path& json,
                                                   std::span<const PosedLightField> fields,
                                                   const std::string& source) {
-  const std::string stem = json.stem().string();
+  const std::string name = json.filename().string();
   std::vector<std::filesystem::path> files = {json};
-  core::Json page{{"format", "luxfield lamp atlas"},
+  core::Json page{{"format", kFormat},
                   {"version", 1},
                   {"made_by", "luxfield " LUXFIELD_VERSION},
                   {"unit", lightfield::FluxUnitName(fields.front().field.geometry.unit)},
@@ -136,9 +145,9 @@ std::vector<std::filesystem::path> WriteLampAtlas(const std::filesystem::path& j
       throw InputError(source, fmt::format("holds no light in field {}", k),
                        "choose another light field");
     const std::string picture =
-        fields.size() == 1 ? stem + ".exr" : fmt::format("{}_{}.exr", stem, k);
+        fields.size() == 1 ? name + ".exr" : fmt::format("{}.{}.exr", name, k);
     files.push_back(json.parent_path() / picture);
-    WritePicture(files.back(), fields[k].field, lit, source);
+    WritePicture(files.back(), json, fields[k].field, lit, source);
     page["fields"].push_back(FieldJson(fields[k], lit, picture));
   }
   core::WriteFileAtomically(json, page.dump(1) + "\n");
@@ -148,9 +157,8 @@ std::vector<std::filesystem::path> WriteLampAtlas(const std::filesystem::path& j
 std::vector<std::filesystem::path> WriteMitsubaLamp(const std::filesystem::path& xml,
                                                     std::span<const PosedLightField> fields,
                                                     const std::string& source) {
-  const std::filesystem::path json = xml.parent_path() / (xml.stem().string() + ".json");
-  if (json == xml)
-    throw InputError(xml.string(), "is the name of the atlas beside the scene", "end it in .xml");
+  const std::filesystem::path json = xml.string() + ".json";
+  core::RequireOwn(json, xml, kFormat);
   std::vector<std::filesystem::path> files = WriteLampAtlas(json, fields, source);
   std::string scene = "<!-- luxfield " LUXFIELD_VERSION
                       ": needs `import luxfield_mitsuba` before it is loaded -->\n"

@@ -15,17 +15,16 @@
 
 namespace luxfield::bridges {
 
-// Writes NAME.json and beside it NAME.exr, three channels R G B of float32 (of one channel three times
-// the same); of several fields NAME_0.exr and so on. Returns the files, the JSON first. Holds one
-// picture beside the fields. Throws InputError naming `source` where a field has no light, or a
-// picture more than 2^15 pixels along a side.
+// Writes NAME.json and beside it NAME.json.exr, three channels R G B of float32 (of one channel three
+// times the same); of several fields NAME.json.0.exr and so on. Returns the files, the JSON first. Holds
+// one picture beside the fields. Throws InputError naming `source` where a field has no light, or a
+// picture more than 2^15 pixels along a side, and naming a file that is in the way (core::RequireOwn).
 std::vector<std::filesystem::path> WriteLampAtlas(
     const std::filesystem::path& json, std::span<const lightfield::PosedLightField> fields,
     const std::string& source);
 
-// Writes NAME.xml, a part of a scene for Mitsuba 3 to include, and the atlas NAME.json and pictures
-// beside it. Returns the files, the XML first. Throws InputError as WriteLampAtlas, and naming `xml`
-// where it ends in .json.
+// Writes NAME.xml, a part of a scene for Mitsuba 3 to include, and the atlas NAME.xml.json and its
+// pictures beside it. Returns the files, the XML first. Throws InputError as WriteLampAtlas.
 std::vector<std::filesystem::path> WriteMitsubaLamp(
     const std::filesystem::path& xml, std::span<const lightfield::PosedLightField> fields,
     const std::string& source);

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "luxfield/bridges/belongs_to.h"
 #include "luxfield/bridges/lit_texels.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/version.h"
 
@@ -193,10 +195,17 @@ std::string PoseMatrix(const lightfield::RigidPose& pose) {
   return Matrix({r[0], r[3], r[6], 0, r[1], r[4], r[7], 0, r[2], r[5], r[8], 0, t.x, t.y, t.z, 1});
 }
 
+// A picture that belongs to `path`, and says so.
+void WritePicture(const std::filesystem::path& file, const std::filesystem::path& path,
+                  const core::Image& picture) {
+  core::RequireOwn(file, path, kBelongsTo);
+  core::WriteExrImage(file, picture, {{kBelongsTo, path.filename().string()}});
+}
+
 void WriteProjectors(const std::filesystem::path& path, std::span<const PosedLightField> fields,
                      PbrtLamp& written) {
-  const std::string stem = path.stem().string();
-  core::MakeFolder(path.parent_path() / stem);
+  const std::string stem = path.stem().string(), pictures = path.filename().string() + ".pictures";
+  core::MakeFolder(path.parent_path() / pictures);
   std::string text = fmt::format(
       "# {}, a measured lamp, by luxfield " LUXFIELD_VERSION ". It shines along +z.\n", stem);
   double positive = 0, negative = 0;
@@ -208,9 +217,9 @@ void WriteProjectors(const std::filesystem::path& path, std::span<const PosedLig
         const core::Image picture = PictureOf(projectors, k, l, positive, negative);
         if (IsDark(picture)) continue;
         const std::string name = fields.size() == 1
-                                     ? fmt::format("{}/{:02}.{:02}.exr", stem, l, k)
-                                     : fmt::format("{}/{}.{:02}.{:02}.exr", stem, f, l, k);
-        core::WriteExrImage(path.parent_path() / name, WithThreeChannels(picture));
+                                     ? fmt::format("{}/{:02}.{:02}.exr", pictures, l, k)
+                                     : fmt::format("{}/{}.{:02}.{:02}.exr", pictures, f, l, k);
+        WritePicture(path.parent_path() / name, path, WithThreeChannels(picture));
         written.files.push_back(path.parent_path() / name);
         ++written.projectors;
         text += fmt::format(
@@ -310,19 +319,20 @@ PbrtLamp WritePbrtLamp(const std::filesystem::path& path, std::span<const PosedL
   const auto luminance = formats::LuminanceOf(fields);
   const formats::Photometry table = formats::SampleFarField(luminance, {}, {}, source).table;
   PbrtLamp written;
-  const std::string stem = path.stem().string(), far = stem + "_far";
+  const std::string far = path.filename().string() + ".far";
   written.files = {path, path.parent_path() / (far + ".pbrt"), path.parent_path() / (far + ".exr")};
-  core::WriteExrImage(written.files[2], FarPicture(table));
+  constexpr char kFarMark[] = "a measured lamp's far field, by luxfield";
+  core::RequireOwn(written.files[1], path, kFarMark);
+  WritePicture(written.files[2], path, FarPicture(table));
   const auto flux = lightfield::TotalFlux(fields);
   const double whole = core::Luminance(flux);
-  core::WriteFileAtomically(
-      written.files[1],
-      fmt::format("# {}, a measured lamp's far field, by luxfield " LUXFIELD_VERSION
-                  ". It shines along +z.\n"
-                  "LightSource \"goniometric\"\n"
-                  "  \"string filename\" \"{}.exr\"\n"
-                  "  \"rgb I\" [ {:.6g} {:.6g} {:.6g} ]\n",
-                  stem, far, flux[0] / whole, flux[1] / whole, flux[2] / whole));
+  core::WriteFileAtomically(written.files[1],
+                            fmt::format("# {}, {} " LUXFIELD_VERSION ". It shines along +z.\n"
+                                        "LightSource \"goniometric\"\n"
+                                        "  \"string filename\" \"{}.exr\"\n"
+                                        "  \"rgb I\" [ {:.6g} {:.6g} {:.6g} ]\n",
+                                        path.stem().string(), kFarMark, far, flux[0] / whole,
+                                        flux[1] / whole, flux[2] / whole));
   WriteProjectors(path, fields, written);
   const ProjectedLamp projected(luminance);
   written.near =

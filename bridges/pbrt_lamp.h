@@ -34,16 +34,17 @@ namespace luxfield::bridges {
 lightfield::Vec3 EqualAreaDirection(double x, double y);
 
 struct PbrtLamp {
-  // NAME.pbrt, NAME_far.pbrt, NAME_far.exr, then the projectors' pictures in the folder NAME.
+  // NAME.pbrt, NAME.pbrt.far.pbrt, NAME.pbrt.far.exr, then the projectors' pictures in the folder
+  // NAME.pbrt.pictures.
   std::vector<std::filesystem::path> files;
   int projectors = 0;
   double negative_share = 0;  // of the flux, which the projectors leave out
   std::vector<FarDeviation> near, far;
 };
 
-// Writes NAME.pbrt, the projectors, and NAME_far.pbrt, the far field, either to be included where the
+// Writes NAME.pbrt, the projectors, and NAME.pbrt.far.pbrt, the far field, either to be included where the
 // transformation is the luminaire's. Intensities below zero become 0. Throws InputError naming `source`
-// where there is no light.
+// where there is no light, and naming a file that is in the way (core::RequireOwn).
 PbrtLamp WritePbrtLamp(const std::filesystem::path& path,
                        std::span<const lightfield::PosedLightField> fields,
                        const std::string& source);

@@ -12,6 +12,7 @@
 #include "luxfield/bridges/lit_texels.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/core/primaries.h"
 #include "luxfield/version.h"
 
@@ -28,6 +29,9 @@ using lightfield::Vec3;
 // Radiance's own primaries (its color.h), white of equal energy.
 constexpr core::Primaries kRadiancePrimaries = {
     {0.640, 0.330}, {0.290, 0.600}, {0.150, 0.060}, {1.0 / 3, 1.0 / 3}};
+
+// In each file that belongs to a scene description.
+constexpr char kMark[] = "of a light field (luxfield ";
 
 // Radiance takes no dimension of a single value: a second one, never asked for, is added.
 int Nodes(int count) { return std::max(count, 2); }
@@ -68,7 +72,7 @@ void WriteData(const std::filesystem::path& path, const LightField& field, const
   const int width = g.grid.width, height = g.grid.height;
   const int nodes[] = {Nodes(height), Nodes(width), Nodes(lit.rows()), Nodes(lit.columns())};
   WriteText(path, [&](std::ofstream& out) {
-    Write(out, "4\n");
+    Write(out, fmt::format("# C {}" LUXFIELD_VERSION ")\n4\n", kMark));
     for (const int count : nodes) Write(out, fmt::format("0 {} {}\n", count - 1, count));
     std::string line;
     for (int j = 0; j < nodes[0]; ++j)
@@ -137,10 +141,10 @@ std::string Functions(const PosedLightField& posed, const LitTexels& lit, const 
   const auto& grid = g.grid;
   const double scale = g.unit == lightfield::FluxUnit::kLumen ? 1 / kRadianceEfficacy : 1;
   std::string text =
-      fmt::format("{{ {0}: radiance of a light field (luxfield " LUXFIELD_VERSION
+      fmt::format("{{ {}: radiance {}" LUXFIELD_VERSION
                   "), as\n"
                   "  L = delta^2 / cos^4 sum C_ij(s) Phi_ij(u), C over (j, i, row, column) }}\n\n",
-                  name);
+                  name, kMark);
   text += FrameLines(posed.luminaire_from_field);
   text += fmt::format(
       "cosine = max(-dw, 1e-6);\n"
@@ -181,21 +185,23 @@ std::string Functions(const PosedLightField& posed, const LitTexels& lit, const 
   return text;
 }
 
-// The patterns and the light that the polygons of a field have.
-std::string Material(const std::string& name, int channels, int places) {
+// The patterns and the light that the polygons of a field have; `files` is how the names of its files
+// begin.
+std::string Material(const std::string& name, const std::string& files, int channels, int places) {
   const auto pattern = [&](int a, int b) {
     const std::string id = fmt::format("{}{}", a, b);
     if (channels == 1)
       return fmt::format(
-          "void brightdata {0}.C{1}\n7 value{1} {0}.dat {0}.cal j{1} i{1} r c\n0\n0\n", name, id);
+          "void brightdata {0}.C{1}\n7 value{1} {2}.dat {2}.cal j{1} i{1} r c\n0\n0\n", name, id,
+          files);
     return fmt::format(
-        "void colordata {0}.C{1}\n11 value{1} value{1} value{1} {0}_r.dat {0}_g.dat {0}_b.dat "
-        "{0}.cal j{1} i{1} r c\n0\n0\n",
-        name, id);
+        "void colordata {0}.C{1}\n11 value{1} value{1} value{1} {2}.r.dat {2}.g.dat {2}.b.dat "
+        "{2}.cal j{1} i{1} r c\n0\n0\n",
+        name, id, files);
   };
   const auto mixture = [&](const char* id, const char* at_1, const char* at_0, const char* share) {
-    return fmt::format("void mixfunc {0}.{1}\n4 {0}.{2} {0}.{3} {4} {0}.cal\n0\n0\n", name, id,
-                       at_1, at_0, share);
+    return fmt::format("void mixfunc {0}.{1}\n4 {0}.{2} {0}.{3} {4} {5}.cal\n0\n0\n", name, id,
+                       at_1, at_0, share, files);
   };
   std::string text;
   for (int b = 0; b < places; ++b)
@@ -275,8 +281,11 @@ RadianceSource WriteRadianceSource(const std::filesystem::path& path,
     if (survey.lit.rows() == 0) continue;
     RequireCountable(field, survey.lit, source);
     const std::string name = fields.size() == 1 ? stem : fmt::format("{}_{}", stem, k);
+    const std::string file =
+        path.filename().string() + (fields.size() == 1 ? "" : fmt::format(".{}", k));
     const auto beside = [&](const std::string& ending) {
-      written.files.push_back(path.parent_path() / (name + ending));
+      written.files.push_back(path.parent_path() / (file + ending));
+      core::RequireOwn(written.files.back(), path, kMark);
       return written.files.back();
     };
     const std::string functions = Functions(fields[k], survey.lit, name);
@@ -287,11 +296,11 @@ RadianceSource WriteRadianceSource(const std::filesystem::path& path,
     } else {
       const Matrix3 m = RadianceFromRec709();
       for (int channel = 0; channel < 3; ++channel)
-        WriteData(beside(fmt::format("_{}.dat", "rgb"[channel])), field, survey.lit, m[channel]);
+        WriteData(beside(fmt::format(".{}.dat", "rgb"[channel])), field, survey.lit, m[channel]);
     }
     const bool two = field.geometry.grid.basis.kind == BasisKind::kBspline2;
-    scene +=
-        Material(name, channels, two ? 2 : 1) + Polygons(name, fields[k], survey, written.polygons);
+    scene += Material(name, file, channels, two ? 2 : 1) +
+             Polygons(name, fields[k], survey, written.polygons);
   }
   if (!(positive > 0))
     throw InputError(source, "holds no light: no coefficient is above 0",

@@ -40,12 +40,13 @@ struct RadianceSource {
 };
 
 // Writes NAME.rad with a polygon for each knot cell on F that shines, in the luminaire's frame, and
-// beside it NAME.cal and NAME.dat (of three channels NAME_r.dat, NAME_g.dat, NAME_b.dat; of several
-// fields NAME_0.cal and so on). Of lm radiance is luminance / 179; of W and of relative fields it is
+// beside it NAME.rad.cal and NAME.rad.dat (of three channels NAME.rad.r.dat, .g.dat, .b.dat; of
+// several fields NAME.rad.0.cal and so on). Of lm radiance is luminance / 179; of W and of relative fields it is
 // as it is. Three channels become those of Radiance's primaries, without adaptation, so that
 // luminance and chromaticity stay. Holds one line of numbers beside the fields. Throws InputError
 // naming `path` where its name has other characters than letters, digits, '.', '_' and '-', and
-// naming `source` where it has no light or more values than Radiance's int counts.
+// naming `source` where it has no light or more values than Radiance's int counts; and where a file
+// beside it would take the place of another (core::RequireOwn).
 //
 //   WriteRadianceSource("lamp.rad", lightfield::ReadLightFields("lamp.lf.exr"), "lamp.lf.exr");
 RadianceSource WriteRadianceSource(const std::filesystem::path& path,

@@ -10,6 +10,7 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/version.h"
@@ -23,6 +24,9 @@ using lightfield::LightField;
 using lightfield::Vec3;
 using web::Rectangle;
 
+// Of a profile, which tells by it that it belongs to a layer.
+constexpr char kCatalogue[] = "luminance of the rectangle in the USD layer, cd/m^2";
+
 // Luminance of the rectangle instead of the lamp's intensity.
 Photometry LuminanceProfile(Photometry table, const Rectangle& face) {
   const double area = 4 * face.half.x * face.half.y;
@@ -32,8 +36,7 @@ Photometry LuminanceProfile(Photometry table, const Rectangle& face) {
       double& value = table.intensity_cd[plane * table.angles_deg.size() + angle];
       value = cosine > 1e-6 ? value / (area * cosine) : 0;
     }
-  table.keywords.insert(table.keywords.begin(),
-                        {"LUMCAT", "luminance of the rectangle in the USD layer, cd/m^2"});
+  table.keywords.insert(table.keywords.begin(), {"LUMCAT", kCatalogue});
   return table;
 }
 
@@ -59,8 +62,8 @@ std::string PrimName(const std::string& stem) {
   return name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) ? "lamp_" + name : name;
 }
 
-std::string Layer(const std::string& stem, const LightField& field, const Rectangle& face,
-                  const std::string& light_field) {
+std::string Layer(const std::string& stem, const std::string& profile, const LightField& field,
+                  const Rectangle& face, const std::string& light_field) {
   const auto flux = lightfield::TotalFlux(field);
   const double luminance = core::Luminance(flux);
   return fmt::format(
@@ -87,7 +90,7 @@ std::string Layer(const std::string& stem, const LightField& field, const Rectan
       "        bool inputs:normalize = 0\n"
       "        float inputs:width = {6:.9g}\n"
       "        float inputs:height = {7:.9g}\n"
-      "        asset inputs:shaping:ies:file = @./{8}.ies@\n"
+      "        asset inputs:shaping:ies:file = @./{8}@\n"
       "        bool inputs:shaping:ies:normalize = 0\n"
       "        float inputs:shaping:cone:angle = 90\n"
       "        float3 xformOp:rotateXYZ = (180, 0, 0)\n"
@@ -96,7 +99,7 @@ std::string Layer(const std::string& stem, const LightField& field, const Rectan
       "    }}\n"
       "}}\n",
       PrimName(stem), light_field, luminance, flux[0] / luminance, flux[1] / luminance,
-      flux[2] / luminance, 2 * face.half.x, 2 * face.half.y, stem, face.middle.x, face.middle.y);
+      flux[2] / luminance, 2 * face.half.x, 2 * face.half.y, profile, face.middle.x, face.middle.y);
 }
 
 }  // namespace
@@ -115,7 +118,8 @@ UsdLamp WriteUsdLamp(const std::filesystem::path& path, const LightField& field,
   const Photometry profile = LuminanceProfile(far_field, face);
   const std::string stem = path.stem().string();
   UsdLamp written;
-  written.files = {path, path.parent_path() / (stem + ".ies")};
+  written.files = {path, path.string() + ".ies"};
+  core::RequireOwn(written.files[1], path, kCatalogue);
   written.deviations = DeviationsOf(
       luminance, [&](Vec3 p, Vec3 n) { return RectangleIlluminance(profile, face, p, n); });
   core::WriteFileAtomically(
@@ -123,8 +127,8 @@ UsdLamp WriteUsdLamp(const std::filesystem::path& path, const LightField& field,
       formats::FormatLm63(profile, formats::Lm63Version::k2002, written.files[1].string()));
   const auto folder = std::filesystem::absolute(path).parent_path();
   const auto named = std::filesystem::relative(source, folder).generic_string();
-  core::WriteFileAtomically(
-      path, Layer(stem, field, face, named.starts_with("../") ? named : "./" + named));
+  core::WriteFileAtomically(path, Layer(stem, written.files[1].filename().string(), field, face,
+                                        named.starts_with("../") ? named : "./" + named));
   return written;
 }
 

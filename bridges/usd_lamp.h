@@ -29,8 +29,9 @@ struct UsdLamp {
   std::vector<FarDeviation> deviations;
 };
 
-// Writes NAME.usda and NAME.ies. `source` is the light field's file, which the layer names relative to
-// itself. Throws InputError naming `source` where it is not of lm or holds no light.
+// Writes NAME.usda and NAME.usda.ies. `source` is the light field's file, which the layer names relative to
+// itself. Throws InputError naming `source` where it is not of lm or holds no light, and naming a file
+// that is in the way (core::RequireOwn).
 UsdLamp WriteUsdLamp(const std::filesystem::path& path, const lightfield::LightField& field,
                      const std::filesystem::path& source);
 

@@ -15,13 +15,15 @@ namespace luxfield::core {
 
 struct ExrRowReader::Impl {
   const ExrReader& reader;
+  std::uint64_t tables_at;
   Imf::MultiPartInputFile file;
   ExrChunks chunks;
 
   explicit Impl(const ExrReader& of)
       : reader(of),
+        tables_at(CheckExrHeaders(of.path())),
         file(of.path().c_str(), Threads()),
-        chunks(of.path(), Headers(file), CheckExrHeaders(of.path())) {}
+        chunks(of.path(), Headers(file), tables_at) {}
 
   static std::vector<const Imf::Header*> Headers(const Imf::MultiPartInputFile& file) {
     std::vector<const Imf::Header*> headers;

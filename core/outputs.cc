@@ -1,8 +1,11 @@
 #include "luxfield/core/outputs.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "luxfield/core/descriptor.h"
+#include "luxfield/core/file_kind.h"
 
 namespace luxfield::core {
 namespace {
@@ -66,6 +69,24 @@ bool WriteCacheFile(const fs::path& path, std::string_view bytes) {
   }
 }
 
+void RequireOwn(const fs::path& path, const fs::path& output, std::string_view mark) {
+  RequireReplaceable(path);
+  std::error_code unknown;
+  if (!fs::exists(path, unknown)) return;
+  bool found = false;
+  std::string text;  // from where the mark may begin
+  ReadInPieces(path, [&](std::string_view piece) {
+    text += piece;
+    found = found || text.find(mark) != text.npos;
+    text.erase(0, text.size() - std::min(text.size(), mark.size() - 1));
+  });
+  if (!found)
+    throw InputError(path.string(),
+                     fmt::format("is {}, in whose place a file that belongs to {} would come",
+                                 NameOf(WhatIs(path)), output.filename().string()),
+                     "move it away, or name another output");
+}
+
 void RequireOutputPlace(const fs::path& path) {
   const fs::path folder = FolderOf(path);
   std::error_code unknown;
@@ -76,11 +97,7 @@ void RequireOutputPlace(const fs::path& path) {
   if (!fs::is_directory(above))
     throw InputError(path.string(), fmt::format("'{}' is no folder", folder.string()),
                      "name one that is");
-  const auto there = fs::status(path, unknown);
-  if (fs::is_directory(there))
-    throw InputError(path.string(), "is a folder, not a file to write", "name a file in it");
-  if (fs::exists(there) && !fs::is_regular_file(there))
-    throw InputError(path.string(), "is no file that can be replaced", "name another");
+  RequireReplaceable(path);
   if (::access(folder.c_str(), W_OK | X_OK) != 0) FailWriting(path, "create");
 }
 

@@ -23,7 +23,8 @@ class Outputs {
 
   // Syncs all that waits, then renames all. Where a rename fails, those before it are undone: what
   // was there before is there again. A process that is killed between two renames leaves some of
-  // the files in place, whole, and the others not. Throws DeviceError.
+  // the files in place, whole, and the others not. Throws DeviceError, and InputError where
+  // something else than a file has got one of the names.
   void PutInPlace();
 
  private:
@@ -50,7 +51,7 @@ class WritesAtOnce {
 void PutOutputsInPlace();
 
 // Puts it in place, or hands it to the Outputs that lives. Throws InputError where two outputs have
-// one name.
+// one name, and as StagedFile does.
 void Place(StagedFile file);
 
 // Where a file can be read that the verb may have written: where it waits, else at `path`.
@@ -59,6 +60,12 @@ std::filesystem::path ReadableAt(const std::filesystem::path& path);
 // Writes a file that can be made again (CacheFile in core/file.h) at once, whatever outputs wait,
 // and makes its folder. Whether that worked.
 bool WriteCacheFile(const std::filesystem::path& path, std::string_view bytes);
+
+// For a file that belongs to `output`, which the user names, and gets its name from it: that what has
+// this name already is such a file, as the bytes `mark` tell, which each of them holds. Throws
+// InputError.
+void RequireOwn(const std::filesystem::path& path, const std::filesystem::path& output,
+                std::string_view mark);
 
 // For the beginning of a verb: that `path` can be written. Throws InputError where its folder is
 // missing or is none, or where something else than a file has its name; DeviceError where the

@@ -81,8 +81,18 @@ bool IsOrphan(const fs::path& path, pid_t writer) {
 
 }  // namespace
 
+const fs::path& RequireReplaceable(const fs::path& path) {
+  std::error_code unknown;
+  const auto there = fs::status(path, unknown);
+  if (fs::is_directory(there))
+    throw InputError(path.string(), "is a folder, not a file to write", "name a file in it");
+  if (fs::exists(there) && !fs::is_regular_file(there))
+    throw InputError(path.string(), "is no file that can be replaced", "name another");
+  return path;
+}
+
 StagedFile::StagedFile(const fs::path& path, Access access)
-    : path_(path),
+    : path_(RequireReplaceable(path)),
       temporary_(TemporaryBeside(path)),
       file_(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
                    access == Access::kPrivate ? 0600 : 0666)) {
@@ -127,6 +137,7 @@ void StagedFile::Sync() const {
 }
 
 void StagedFile::Rename() {
+  RequireReplaceable(path_);
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) FailWriting(path_, "rename into place");
   temporary_.clear();
   StorageStep("renamed");
@@ -140,8 +151,9 @@ void StagedFile::PutInPlace() {
 }
 
 void StagedFile::Exchange() {
+  RequireReplaceable(path_);
   struct stat there {};
-  const bool replaces = ::lstat(path_.c_str(), &there) == 0 && !S_ISDIR(there.st_mode);
+  const bool replaces = ::lstat(path_.c_str(), &there) == 0;
   // Not every file system exchanges; there the old file goes at once.
   if (!replaces ||
       ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) != 0)

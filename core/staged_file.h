@@ -11,11 +11,16 @@
 
 namespace luxfield::core {
 
-// A file beside the one that it is to be, locked (flock(2)) for as long as it waits.
+// Throws InputError where `path` is a folder, a pipe, a device or a socket, or a link to one: a file
+// does not take their place. Returns it.
+const std::filesystem::path& RequireReplaceable(const std::filesystem::path& path);
+
+// A file beside the one that it is to be, locked (flock(2)) for as long as it waits. What has its
+// name then has to be replaceable, at the beginning and when the name changes hands.
 class StagedFile {
  public:
   // Writes the bytes, one piece after the other, to a temporary file in the folder of `path`; the
-  // disk begins with them. Throws DeviceError.
+  // disk begins with them. Throws InputError and DeviceError, as what follows does.
   StagedFile(const std::filesystem::path& path, std::span<const std::string_view> pieces,
              Access access);
   // The same by a writer that needs a path of its own, with the extension of `path`. The file is
@@ -29,11 +34,10 @@ class StagedFile {
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& temporary() const { return temporary_; }  // where it waits
 
-  // Syncs it, renames it to `path` and syncs the folder. Once; throws DeviceError.
+  // Syncs it, renames it to `path` and syncs the folder. Once.
   void PutInPlace();
 
   // The same in steps, for several files together: Sync each, Exchange each, sync their folders.
-  // Throw DeviceError.
   void Sync() const;
   void Exchange();       // a file that had the name before waits until this one is destroyed,
   void Undo() noexcept;  // or gets its name back

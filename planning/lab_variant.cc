@@ -31,7 +31,7 @@ void Write(toml::table table, const std::filesystem::path& lab,
     if (const auto file = (*lamp)["file"].value<std::string>())
       lamp->insert_or_assign("file", std::filesystem::absolute(lab.parent_path() / *file).string());
   std::ostringstream text;
-  text << table << '\n';
+  text << kLabVariantMark << '\n' << table << '\n';
   core::WriteFileAtomically(variant, text.str());
 }
 

@@ -18,6 +18,9 @@ struct LabNumbers {
   std::vector<double> values;  // one: a number, more: an array
 };
 
+// How each variant begins.
+inline constexpr char kLabVariantMark[] = "# A variant of another lab, written by luxfield.";
+
 // Writes `lab` to `variant` with only the named error sources enabled (those the file lacks are
 // refused). `ideal` also switches quantisation and saturation off. The lamp's file, if it has one,
 // keeps naming the same file.

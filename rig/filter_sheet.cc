@@ -15,7 +15,6 @@ namespace {
 using core::Field;
 using core::Json;
 
-constexpr const char* kFormat = "luxfield filter sheet";
 constexpr int kVersion = 1, kWedgeSteps = 21;
 constexpr double kWedgeDensityStep = 0.15;
 
@@ -53,7 +52,7 @@ Json ToJson(const FilterSheet& sheet) {
                      {"x1_m", step.high_m.x},
                      {"y1_m", step.high_m.y},
                      {"code", step.code}});
-  return {{"format", kFormat},
+  return {{"format", kFilterSheetFormat},
           {"version", kVersion},
           {"filter", sheet.filter == lightfield::FilterKind::kDual ? "dual" : "basis"},
           {"basis", sheet.basis.name()},
@@ -177,8 +176,8 @@ FilterSheet ReadFilterSheet(const std::filesystem::path& path) {
 
 FilterSheet ParseFilterSheet(const std::string& text, const std::string& file) {
   const Json json = core::ParseJson(text, file);
-  if (const auto format = Field<std::string>(json, "format", file); format != kFormat)
-    throw InputError(file, fmt::format("format = '{}' is not '{}'", format, kFormat),
+  if (const auto format = Field<std::string>(json, "format", file); format != kFilterSheetFormat)
+    throw InputError(file, fmt::format("format = '{}' is not '{}'", format, kFilterSheetFormat),
                      "give the .sheet.json that `luxfield filter print` wrote");
   if (const int version = Field<int>(json, "version", file); version != kVersion)
     throw InputError(file, fmt::format("version = {} where {} is understood", version, kVersion),

@@ -41,6 +41,8 @@ struct ToneTable {
 ToneTable ReadToneTable(const std::filesystem::path& path);
 void WriteToneTable(const std::filesystem::path& path, const ToneTable& table);
 
+inline constexpr char kFilterSheetFormat[] = "luxfield filter sheet";  // "format" of the JSON
+
 struct FilterSheet {
   lightfield::FilterKind filter = lightfield::FilterKind::kBasis;
   lightfield::Basis basis;

@@ -10,6 +10,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/spare_memory.h"
 #include "luxfield/version.h"
@@ -240,20 +241,23 @@ PrintedSheet RasteriseSheet(const FilterSheet& sheet, int print, const PrintOpti
 std::vector<std::filesystem::path> PrintFilter(const FilterSheet& sheet,
                                                const std::filesystem::path& name,
                                                const PrintOptions& options) {
-  const auto file = [&](const std::string& ending) {
-    return std::filesystem::path(name.string() + ending);
-  };
-  std::vector<std::filesystem::path> files{file(".sheet.json")};
+  std::vector<std::string> endings{".sheet.json"};
+  for (int print = 0; print < sheet.prints(); ++print) {
+    const std::string part = PrintName(sheet, print);
+    endings.push_back(part.empty() ? ".tif" : "." + part + ".tif");
+  }
+  endings.emplace_back(".pdf");
+  std::vector<std::filesystem::path> files;
+  for (const std::string& ending : endings) {
+    files.emplace_back(name.string() + ending);
+    core::RequireOwn(files.back(), name, rig::kFilterSheetFormat);
+  }
   std::vector<PrintedSheet> prints;
   for (int print = 0; print < sheet.prints(); ++print)
     prints.push_back(RasteriseSheet(sheet, print, options));
-  rig::WriteFilterSheet(files[0], sheet);
-  for (int print = 0; print < sheet.prints(); ++print) {
-    const std::string part = PrintName(sheet, print);
-    files.push_back(file(part.empty() ? ".tif" : "." + part + ".tif"));
-    WriteTiff(files.back(), prints[print], sheet, print, options);
-  }
-  files.push_back(file(".pdf"));
+  rig::WriteFilterSheet(files.front(), sheet);
+  for (int print = 0; print < sheet.prints(); ++print)
+    WriteTiff(files[print + 1], prints[print], sheet, print, options);
   WritePdf(files.back(), prints, sheet, options);
   return files;
 }

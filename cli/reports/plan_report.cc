@@ -9,6 +9,7 @@
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/svg/svg_plot.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 #include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
@@ -16,6 +17,8 @@ namespace {
 
 using planning::PlanForTarget;
 using planning::PlannedCapture;
+
+constexpr char kCurveMark[] = "<!-- luxfield plan: capture time against accuracy -->\n";
 
 std::string Percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
@@ -203,6 +206,13 @@ core::Json PrintPlanForTarget(const PlanQuestion& question, const PlanForTarget&
   return json;
 }
 
+std::filesystem::path CurveBeside(const std::filesystem::path& html) {
+  auto svg = html;
+  svg.replace_extension(".svg");
+  core::RequireOwn(svg, html, kCurveMark);
+  return svg;
+}
+
 void WritePlanReport(const PlanQuestion& question, const PlanForTarget& answer,
                      const std::filesystem::path& html) {
   HtmlPage page("Plan from a target");
@@ -218,7 +228,7 @@ void WritePlanReport(const PlanQuestion& question, const PlanForTarget& answer,
       "Points are plans that no other of their family beats. The error is that of model and noise "
       "together; the ring is the recommended plan's prediction, the point by it its simulated "
       "capture.");
-  const std::string curve = SvgPlot(Curve(question, answer));
+  const std::string curve = kCurveMark + SvgPlot(Curve(question, answer));
   page.Raw(curve);
   page.Heading("Families and spacings");
   page.Raw(SvgPlot(Spacings(answer)));
@@ -227,7 +237,7 @@ void WritePlanReport(const PlanQuestion& question, const PlanForTarget& answer,
       "that plans were tried on are good to {}.",
       Percent(question.truth_error), Percent(question.samples_error)));
   core::WriteFileAtomically(html, page.Text());
-  core::WriteFileAtomically(std::filesystem::path(html).replace_extension(".svg"), curve);
+  core::WriteFileAtomically(CurveBeside(html), curve);
 }
 
 }  // namespace luxfield::cli

@@ -19,6 +19,9 @@ struct PlanQuestion {
 
 core::Json PrintPlanForTarget(const PlanQuestion& question, const planning::PlanForTarget& answer);
 
+// X.svg of X.html. Throws InputError where something else has the name.
+std::filesystem::path CurveBeside(const std::filesystem::path& html);
+
 // X.html, and X.svg beside it with the curve alone.
 void WritePlanReport(const PlanQuestion& question, const planning::PlanForTarget& answer,
                      const std::filesystem::path& html);

@@ -113,8 +113,7 @@ core::Json ToUsd(const ExportOptions& options, const ExportFormat& format, const
 core::Json ToPbrt(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
   const auto written = bridges::WritePbrtLamp(options.output, fields, options.field);
   fmt::print("{}: {} projectors for pbrt-v4, their pictures in {}/\n", options.output,
-             written.projectors,
-             std::filesystem::path(options.output).replace_extension().filename().string());
+             written.projectors, written.files.back().parent_path().filename().string());
   PrintNegative(written.negative_share, "pbrt");
   core::Json near = ReportDeviations(written.near);
   fmt::print("{}: the far field as a goniometric light, and beside it {}\n",

@@ -15,6 +15,7 @@
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/lightfield/edge_light_json.h"
+#include "luxfield/planning/lab_variant.h"
 #include "luxfield/planning/planned_edges.h"
 
 namespace luxfield::cli {
@@ -78,9 +79,12 @@ struct ScratchFolder {
   }
 };
 
-// X.lab.toml of X.toml: the lab with the plan's filters in its holder.
+// X.lab.toml of X.toml: the lab with the plan's filters in its holder. Throws InputError where
+// something else has the name.
 std::filesystem::path LabBeside(const std::string& plan_toml) {
-  return std::filesystem::path(plan_toml).replace_extension(".lab.toml");
+  auto lab = std::filesystem::path(plan_toml).replace_extension(".lab.toml");
+  core::RequireOwn(lab, plan_toml, planning::kLabVariantMark);
+  return lab;
 }
 
 core::Json ForTarget(const Options& options, std::uint64_t seed) {
@@ -88,6 +92,8 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
     throw InputError("--max-error needs a --scene: the error is that of its picture");
   if (!options.output.empty()) RequireExtension(options.output, ".toml", "--output");
   if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
+  if (!options.output.empty()) LabBeside(options.output);
+  if (!options.report.empty()) CurveBeside(options.report);
   planning::PlanForTargetOptions target;
   target.max_rel_error = ParseQuantity(options.max_error, "--max-error", {{"%", 0.01}});
   if (!(target.max_rel_error > 0 && target.max_rel_error < 1))
@@ -112,7 +118,13 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
   const PlanQuestion question{options.lab, options.scene, target.max_rel_error,
                               planner.truth_error(), planner.samples_error()};
   core::Json json = PrintPlanForTarget(question, answer);
-  if (!options.report.empty()) WritePlanReport(question, answer, options.report);
+  core::Json files = core::Json::array();
+  if (!options.report.empty()) {
+    WritePlanReport(question, answer, options.report);
+    const auto curve = CurveBeside(options.report).string();
+    fmt::print("{}: the curve, {}: the curve alone\n", options.report, curve);
+    files.insert(files.end(), {options.report, curve});
+  }
   if (!answer.recommended) {
     core::PutOutputsInPlace();  // the page says what is within reach
     throw InputError(fmt::format("--max-error {}: {}", options.max_error, answer.limit));
@@ -121,7 +133,9 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
     const auto lab = LabBeside(options.output);
     planner.WritePlanAndLab(*answer.recommended, options.output, lab);
     fmt::print("{}: the plan; {}: the lab with its filter\n", options.output, lab.string());
+    files.insert(files.end(), {options.output, lab.string()});
   }
+  json["files"] = files;
   AddEdgeWarnings(options.lab, answer.recommended->plan, &json);
   return json;
 }

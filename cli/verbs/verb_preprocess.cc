@@ -18,6 +18,8 @@
 namespace luxfield::cli {
 namespace {
 
+constexpr char kReducedFrom[] = "reduced_from_sha256";  // in the provenance of a reduction
+
 // X.lf.exr of X.tab.exr.
 std::filesystem::path ReducedFile(const std::string& output) {
   return output.substr(0, output.size() - std::string(".tab.exr").size()) + ".lf.exr";
@@ -31,6 +33,7 @@ core::Json Reduce(const PreprocessOptions& options, std::uint64_t seed,
   if (std::filesystem::equivalent(file, options.light_field, ignored))
     throw InputError(fmt::format(
         "{} would be overwritten by its own reduction; give -o another name", options.light_field));
+  core::RequireOwn(file, options.output, kReducedFrom);
   const double max_error = ParseQuantity(options.max_error, "--max-error", {{"%", 0.01}});
   const scene::Scene scene = scene::ReadScene(options.scene);
   // The luminaires that show this file; all of them where none does, as for `render --light-field`.
@@ -55,7 +58,7 @@ core::Json Reduce(const PreprocessOptions& options, std::uint64_t seed,
   }
   const auto reduction = preprocess::ReduceLightField(field, seen, chosen_by, judged_by, max_error);
   field = reduction.field;
-  field.provenance["reduced_from_sha256"] = core::Sha256OfFile(options.light_field);
+  field.provenance[kReducedFrom] = core::Sha256OfFile(options.light_field);
   field.provenance["reduced_for_scene_sha256"] = core::Sha256OfFile(options.scene);
   field.provenance["reduced_max_rel_error"] = fmt::format("{}", max_error);
   lightfield::WriteLightField(file, field);
@@ -89,7 +92,8 @@ core::Json Reduce(const PreprocessOptions& options, std::uint64_t seed,
       "core-s\n",
       FormatBytes(file_before), FormatBytes(file_after), 1e6 * reduction.core_s_per_receiver_before,
       1e6 * reduction.core_s_per_receiver_after, 100 * saved, reduction.core_s);
-  return {{"steps", rows},
+  return {{"file", file.string()},
+          {"steps", rows},
           {"asked_rel_rmse", max_error},
           {"measured_rel_rmse", reduction.measured_error},
           {"bound_rel_rmse", reduction.error_bound},

@@ -18,57 +18,80 @@ std::string ShapeText(const Array& array) {
   return text + ")";
 }
 
+// How many vectors an array has along one of the axes that all have in common.
+py::ssize_t SizeAlong(const Array& array, std::size_t axis, std::size_t axes) {
+  const std::size_t missing = axes + 1 - static_cast<std::size_t>(array.ndim());
+  return axis < missing ? 1 : array.shape(static_cast<py::ssize_t>(axis - missing));
+}
+
 }  // namespace
 
 Rows::Rows(const std::vector<std::pair<std::string, py::object>>& arguments,
            const std::vector<int>& widths) {
-  const py::module_ numpy = py::module_::import("numpy");
-  std::vector<Array> given;
-  py::list shapes;
+  std::size_t axes = 0;
   for (std::size_t k = 0; k < arguments.size(); ++k) {
     const auto& [name, object] = arguments[k];
-    Array array = Array::ensure(object);
-    if (!array) {
-      PyErr_Clear();
-      throw py::value_error(name + " is not an array of numbers");
-    }
-    if (array.ndim() < 1 || array.shape(array.ndim() - 1) != widths[k])
+    const Array array = NumbersOf<double>(name, object);
+    const py::ssize_t last = array.ndim() - 1;
+    if (last < 0 || array.shape(last) != widths[k])
       throw py::value_error(fmt::format("{} has shape {}; its last axis has to hold {} components",
                                         name, ShapeText(array), widths[k]));
-    py::list shape;
-    for (py::ssize_t axis = 0; axis + 1 < array.ndim(); ++axis) shape.append(array.shape(axis));
-    shapes.append(py::tuple(shape));
-    names_.push_back(name);
-    widths_.push_back(static_cast<std::size_t>(widths[k]));
-    given.push_back(std::move(array));
+    axes = std::max(axes, static_cast<std::size_t>(last));
+    const auto width = static_cast<std::size_t>(widths[k]);
+    arguments_.push_back({name, array, width, static_cast<std::size_t>(array.size()) / width, {}});
   }
-  py::tuple common;
-  try {
-    common = numpy.attr("broadcast_shapes")(*shapes);
-  } catch (const py::error_already_set&) {
-    std::string text;
-    for (std::size_t k = 0; k < given.size(); ++k)
-      text += fmt::format("{}{} {}", k ? ", " : "", names_[k], ShapeText(given[k]));
-    throw py::value_error("shapes do not go together: " + text);
-  }
-  for (const py::handle size : common) shape_.push_back(size.cast<py::ssize_t>());
+  shape_.assign(axes, 1);
+  for (const Argument& one : arguments_)
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      const py::ssize_t size = SizeAlong(one.array, axis, axes);
+      if (size == 1) continue;
+      if (shape_[axis] != 1 && shape_[axis] != size) {
+        std::string text;
+        for (const Argument& other : arguments_)
+          text +=
+              fmt::format("{}{} {}", text.empty() ? "" : ", ", other.name, ShapeText(other.array));
+        throw py::value_error("shapes do not go together: " + text);
+      }
+      shape_[axis] = size;
+    }
   for (const py::ssize_t size : shape_) count_ *= static_cast<std::size_t>(size);
-  for (std::size_t k = 0; k < given.size(); ++k) {
-    py::list full;
-    for (const py::ssize_t size : shape_) full.append(size);
-    full.append(widths[k]);
-    kept_.push_back(Array::ensure(numpy.attr("broadcast_to")(given[k], py::tuple(full))));
-    data_.push_back(kept_.back().data());
+  for (Argument& one : arguments_) {
+    one.strides.resize(axes);
+    std::size_t stride = 1;
+    for (std::size_t axis = axes; axis-- > 0;) {
+      const auto size = static_cast<std::size_t>(SizeAlong(one.array, axis, axes));
+      one.strides[axis] = size == 1 ? 0 : stride;
+      stride *= size;
+    }
   }
 }
 
-lightfield::Vec3 Rows::unit(std::size_t argument, std::size_t i) const {
-  const lightfield::Vec3 v = vec3(argument, i);
-  const double length = lightfield::Length(v);
-  if (!(length > 0) || !std::isfinite(length))
-    throw py::value_error(fmt::format("{} {} is ({}, {}, {}), which has no direction",
-                                      names_[argument], i, v.x, v.y, v.z));
-  return (1 / length) * v;
+const double* Rows::At(const Argument& argument, std::size_t i) const {
+  std::size_t own = argument.count == 1 ? 0 : i;
+  if (argument.count != 1 && argument.count != count_) {
+    own = 0;
+    for (std::size_t axis = shape_.size(); axis-- > 0;) {
+      const auto size = static_cast<std::size_t>(shape_[axis]);
+      own += i % size * argument.strides[axis];
+      i /= size;
+    }
+  }
+  return argument.array.data() + own * argument.width;
+}
+
+void Rows::Normalise(std::size_t argument) {
+  Argument& one = arguments_[argument];
+  Array units({static_cast<py::ssize_t>(one.count), py::ssize_t{3}});
+  double* unit = units.mutable_data();
+  for (std::size_t i = 0; i < one.count; ++i) {
+    const double* v = one.array.data() + 3 * i;
+    const double length = lightfield::Length({v[0], v[1], v[2]});
+    if (!(length > 0) || !std::isfinite(length))
+      throw py::value_error(fmt::format("{} {} is ({}, {}, {}), which has no direction", one.name,
+                                        i, v[0], v[1], v[2]));
+    for (int k = 0; k < 3; ++k) unit[3 * i + k] = v[k] * (1 / length);
+  }
+  one.array = units;
 }
 
 Array Rows::Result(std::vector<py::ssize_t> last) const {

@@ -17,38 +17,61 @@
 
 namespace luxfield::python {
 
-using Array = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+template <class T>
+using Numbers = pybind11::array_t<T, pybind11::array::c_style | pybind11::array::forcecast>;
+using Array = Numbers<double>;
+
+// An argument as an array, converted where it has another layout. ValueError naming it where it
+// holds no numbers; numpy's MemoryError.
+template <class T>
+Numbers<T> NumbersOf(const std::string& name, const pybind11::object& object) {
+  try {
+    return Numbers<T>(object);
+  } catch (pybind11::error_already_set& error) {
+    for (PyObject* kind : {PyExc_TypeError, PyExc_ValueError, PyExc_OverflowError})
+      if (error.matches(kind)) throw pybind11::value_error(name + " is not an array of numbers");
+    throw;
+  }
+}
 
 // Several arguments of vectors, broadcast against each other as numpy does: any shape, but the last
-// axis holds the `width` components of a vector.
+// axis holds the `width` components of a vector. Nothing is copied for that.
 class Rows {
  public:
   // ValueError naming the argument for another last axis or shapes that do not go together.
   Rows(const std::vector<std::pair<std::string, pybind11::object>>& arguments,
        const std::vector<int>& widths);
 
+  // Vectors of the common shape; more than memory holds, until Result has been made for them.
   std::size_t count() const { return count_; }
-  // Component k of vector i of an argument.
-  double at(std::size_t argument, std::size_t i, int k) const {
-    return data_[argument][i * widths_[argument] + k];
-  }
+  // Vector i of an argument.
   lightfield::Vec2 vec2(std::size_t argument, std::size_t i) const {
-    return {at(argument, i, 0), at(argument, i, 1)};
+    const double* v = At(arguments_[argument], i);
+    return {v[0], v[1]};
   }
   lightfield::Vec3 vec3(std::size_t argument, std::size_t i) const {
-    return {at(argument, i, 0), at(argument, i, 1), at(argument, i, 2)};
+    const double* v = At(arguments_[argument], i);
+    return {v[0], v[1], v[2]};
   }
-  // The unit vector along it; ValueError naming the argument if it has no length.
-  lightfield::Vec3 unit(std::size_t argument, std::size_t i) const;
 
-  // An array of the arguments' common shape with `last` axes behind it.
+  // Turns an argument's vectors of three components into unit vectors; ValueError naming it and the
+  // first that has no length.
+  void Normalise(std::size_t argument);
+
+  // An array of the arguments' common shape with `last` axes behind it; numpy's errors where it is
+  // too large.
   Array Result(std::vector<pybind11::ssize_t> last) const;
 
  private:
-  std::vector<std::string> names_;
-  std::vector<std::size_t> widths_;
-  std::vector<Array> kept_;
-  std::vector<const double*> data_;
+  struct Argument {
+    std::string name;
+    Array array;
+    std::size_t width, count;          // components of a vector, vectors of its own
+    std::vector<std::size_t> strides;  // along each axis of the common shape, in vectors
+  };
+  const double* At(const Argument& argument, std::size_t i) const;
+
+  std::vector<Argument> arguments_;
   std::vector<pybind11::ssize_t> shape_;
   std::size_t count_ = 1;
 };

@@ -65,16 +65,15 @@ World frame: right-handed, z up; forward, the middle of a latitude-longitude pic
   type.def(
       "radiance",
       [](const EnvironmentPicture& picture, const py::object& directions) {
-        const Rows rows({{"directions", directions}}, {3});
+        Rows rows({{"directions", directions}}, {3});
+        rows.Normalise(0);
         const core::Image& image = picture.image;
         const environment::TexelEdges edges = environment::MakeTexelEdges(
             picture.layout, picture.registration, image.width, image.height);
-        std::vector<lightfield::Vec3> w(rows.count());
-        for (std::size_t i = 0; i < w.size(); ++i) w[i] = rows.unit(0, i);
         Array result = rows.Result({image.channels});
         double* out = result.mutable_data();
         ForEach(rows.count(), 1024, [&](std::size_t i) {
-          const auto pixel = PixelOf(picture, edges, w[i]);
+          const auto pixel = PixelOf(picture, edges, rows.vec3(0, i));
           for (int c = 0; c < image.channels; ++c)
             out[i * image.channels + c] = pixel ? image.at(c, pixel->first, pixel->second) : 0.0;
         });

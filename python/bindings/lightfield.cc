@@ -22,13 +22,12 @@ Shape CoefficientShape(const LuminaireGeometry& geometry) {
           geometry.lattice.width};
 }
 
-using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
-
-LightField FromArray(const FloatArray& coefficients, std::pair<int, int> grid, double spacing_m,
+LightField FromArray(const py::object& C, std::pair<int, int> grid, double spacing_m,
                      double delta_m, double texel_m, const std::string& basis, double basis_a,
                      const std::string& unit, std::optional<std::pair<double, double>> corner_m,
                      std::optional<std::pair<double, double>> top_left_m,
                      const lightfield::Provenance& provenance) {
+  const Numbers<float> coefficients = NumbersOf<float>("C", C);
   if (coefficients.ndim() != 4)
     throw py::value_error("C has " + std::to_string(coefficients.ndim()) +
                           " axes; it needs four: [image, channel, row, column]");
@@ -76,12 +75,6 @@ Array PerRow(const LightField& field, const Rows& rows, std::size_t grain, PerCh
 
 std::vector<double> Channels(const LightField& field, const std::array<double, 3>& values) {
   return {values.begin(), values.begin() + field.geometry.channels};
-}
-
-std::vector<lightfield::Vec3> Units(const Rows& rows, std::size_t argument) {
-  std::vector<lightfield::Vec3> units(rows.count());
-  for (std::size_t i = 0; i < units.size(); ++i) units[i] = rows.unit(argument, i);
-  return units;
 }
 
 std::string Describe(const LightField& field) {
@@ -191,10 +184,10 @@ top_left_m (s, t) of the upper left corner of the picture on I; None centres it)
   type.def(
       "irradiance",
       [](const LightField& field, const py::object& points, const py::object& normals) {
-        const Rows rows({{"points", points}, {"normals", normals}}, {3, 3});
-        const std::vector<lightfield::Vec3> n = Units(rows, 1);
+        Rows rows({{"points", points}, {"normals", normals}}, {3, 3});
+        rows.Normalise(1);
         return PerRow(field, rows, 1, [&](std::size_t i) {
-          return lightfield::ExactIrradiance(field, rows.vec3(0, i), n[i]);
+          return lightfield::ExactIrradiance(field, rows.vec3(0, i), rows.vec3(1, i));
         });
       },
       py::arg("points"), py::arg("normals"),
@@ -225,10 +218,11 @@ top_left_m (s, t) of the upper left corner of the picture on I; None centres it)
   type.def(
       "intensity",
       [](const LightField& field, const py::object& directions) {
-        const Rows rows({{"directions", directions}}, {3});
-        const std::vector<lightfield::Vec3> w = Units(rows, 0);
-        return PerRow(field, rows, 4,
-                      [&](std::size_t i) { return lightfield::FarFieldIntensity(field, w[i]); });
+        Rows rows({{"directions", directions}}, {3});
+        rows.Normalise(0);
+        return PerRow(field, rows, 4, [&](std::size_t i) {
+          return lightfield::FarFieldIntensity(field, rows.vec3(0, i));
+        });
       },
       py::arg("directions"),
       "Far-field intensity in directions[..., 3] (of any length): [..., channel], unit sr^-1.");
@@ -246,9 +240,10 @@ top_left_m (s, t) of the upper left corner of the picture on I; None centres it)
       "<Phi_i, Phi_m> along one axis, [count, count], metres.");
   module.def(
       "basis_values",
-      [](const std::string& name, const py::array_t<double>& x, double basis_a) {
+      [](const std::string& name, const py::object& x, double basis_a) {
         const lightfield::Basis basis = lightfield::Basis::FromName(name, basis_a);
-        return py::vectorize([basis](double at) { return basis.Value(at); })(x);
+        return py::vectorize([basis](double at) { return basis.Value(at); })(
+            NumbersOf<double>("x", x));
       },
       py::arg("basis"), py::arg("x"), py::arg("basis_a") = 0.5,
       "B(x), x in spacings from the lower end of the support.");

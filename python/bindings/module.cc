@@ -36,6 +36,18 @@ void AddErrors() {
   });
 }
 
+// Objects that `Class.__new__` made alone have no value. pybind11 would give them memory with anything
+// in it as soon as one is used.
+void RefuseObjectsWithoutValue(const py::module_& module) {
+  for (const auto& [name, thing] : module.attr("__dict__").cast<py::dict>())
+    if (PyType_Check(thing.ptr()))
+      if (auto* type = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(thing.ptr())))
+        type->operator_new = [](std::size_t) -> void* {
+          throw py::type_error(
+              "the object was made by __new__ alone and holds nothing; call its class, or read()");
+        };
+}
+
 // Of all calls that Python makes of the module.
 void SetThreads(int threads) {
   static std::unique_ptr<tbb::global_control> control;
@@ -78,4 +90,5 @@ PYBIND11_MODULE(_luxfield, module) {
       py::arg("path"), "The kind of a file, and what it is in words.");
   module.def("set_threads", &python::SetThreads, py::arg("threads"),
              "How many threads calls of this module take, 0 for all cores.");
+  python::RefuseObjectsWithoutValue(module);
 }

@@ -14,8 +14,9 @@ namespace py = pybind11;
 using preprocess::LightFieldSampler;
 using preprocess::ReceiverSampler;
 
-preprocess::Receiver ReceiverOf(const Rows& rows, std::size_t i, const lightfield::Vec3& unit) {
-  return {rows.vec3(0, i), unit};
+// Of points and normals, the first two arguments.
+preprocess::Receiver ReceiverOf(const Rows& rows, std::size_t i) {
+  return {rows.vec3(0, i), rows.vec3(1, i)};
 }
 
 void Put(double* out, const lightfield::Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
@@ -36,9 +37,8 @@ L (n . w)+ / pdf is bounded (docs/theory.md, section 6). The light field is copi
       "sample",
       [](const LightFieldSampler& sampler, const py::object& points, const py::object& normals,
          const py::object& xi) {
-        const Rows rows({{"points", points}, {"normals", normals}, {"xi", xi}}, {3, 3, 2});
-        std::vector<lightfield::Vec3> n(rows.count());
-        for (std::size_t i = 0; i < n.size(); ++i) n[i] = rows.unit(1, i);
+        Rows rows({{"points", points}, {"normals", normals}, {"xi", xi}}, {3, 3, 2});
+        rows.Normalise(1);
         const int channels = sampler.field().geometry.channels;
         Array u = rows.Result({2}), s = rows.Result({2}), direction = rows.Result({3});
         Array distance = rows.Result({}), pdf = rows.Result({});
@@ -49,7 +49,7 @@ L (n . w)+ / pdf is bounded (docs/theory.md, section 6). The light field is copi
         double* weight_out = weight.mutable_data();
         ForEach(rows.count(), 16, [&](std::size_t i) {
           const std::optional<preprocess::LightSample> drawn =
-              sampler.At(ReceiverOf(rows, i, n[i])).Sample(rows.vec2(2, i));
+              sampler.At(ReceiverOf(rows, i)).Sample(rows.vec2(2, i));
           const preprocess::LightSample& sample = drawn ? *drawn : preprocess::LightSample{};
           u_out[2 * i] = sample.u.x, u_out[2 * i + 1] = sample.u.y;
           s_out[2 * i] = sample.s.x, s_out[2 * i + 1] = sample.s.y;
@@ -81,14 +81,15 @@ The mean of weight is the irradiance.)");
       "pdf",
       [](const LightFieldSampler& sampler, const py::object& points, const py::object& normals,
          const py::object& directions) {
-        const Rows rows({{"points", points}, {"normals", normals}, {"directions", directions}},
-                        {3, 3, 3});
-        std::vector<lightfield::Vec3> n(rows.count()), w(rows.count());
-        for (std::size_t i = 0; i < n.size(); ++i) n[i] = rows.unit(1, i), w[i] = rows.unit(2, i);
+        Rows rows({{"points", points}, {"normals", normals}, {"directions", directions}},
+                  {3, 3, 3});
+        rows.Normalise(1);
+        rows.Normalise(2);
         Array result = rows.Result({});
         double* out = result.mutable_data();
-        ForEach(rows.count(), 16,
-                [&](std::size_t i) { out[i] = sampler.At(ReceiverOf(rows, i, n[i])).Pdf(w[i]); });
+        ForEach(rows.count(), 16, [&](std::size_t i) {
+          out[i] = sampler.At(ReceiverOf(rows, i)).Pdf(rows.vec3(2, i));
+        });
         return result;
       },
       py::arg("points"), py::arg("normals"), py::arg("directions"),
@@ -96,15 +97,14 @@ The mean of weight is the irradiance.)");
   type.def(
       "radiance",
       [](const LightFieldSampler& sampler, const py::object& points, const py::object& directions) {
-        const Rows rows({{"points", points}, {"directions", directions}}, {3, 3});
-        std::vector<lightfield::Vec3> w(rows.count());
-        for (std::size_t i = 0; i < w.size(); ++i) w[i] = rows.unit(1, i);
+        Rows rows({{"points", points}, {"directions", directions}}, {3, 3});
+        rows.Normalise(1);
         const int channels = sampler.field().geometry.channels;
         Array result = rows.Result({channels});
         double* out = result.mutable_data();
         ForEach(rows.count(), 64, [&](std::size_t i) {
           const std::array<double, 3> radiance =
-              sampler.At({rows.vec3(0, i), {0, 0, -1}}).Radiance(w[i]);
+              sampler.At({rows.vec3(0, i), {0, 0, -1}}).Radiance(rows.vec3(1, i));
           for (int c = 0; c < channels; ++c) out[i * channels + c] = radiance[c];
         });
         return result;

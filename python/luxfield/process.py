@@ -18,19 +18,22 @@ import warnings
 
 from . import errors
 
+try:
+    from . import _build  # which the build tree's package alone has
+except ImportError:
+    _build = None
+
 _ERRORS = {2: errors.InputError, 3: errors.DeviceError, 4: errors.Interrupted}
 
 
 def program():
-    """The path of the program: LUXFIELD_PROGRAM, the build tree or environment of this package, or PATH."""
+    """The path of the program: LUXFIELD_PROGRAM, that of this package's build tree or environment, or PATH."""
     named = os.environ.get("LUXFIELD_PROGRAM")
     if named:
         return named
-    build = pathlib.Path(__file__).absolute().parents[2]
-    for folder in (build, pathlib.Path(sysconfig.get_path("scripts"))):
-        beside = folder / "luxfield"
-        if beside.is_file() and os.access(beside, os.X_OK):
-            return str(beside)
+    for path in [_build.PROGRAM] * bool(_build) + [os.path.join(sysconfig.get_path("scripts"), "luxfield")]:
+        if os.path.isfile(path) and os.access(path, os.X_OK):
+            return path
     found = shutil.which("luxfield")
     if not found:
         raise errors.InputError("the program `luxfield` is not found; install it, put it on PATH, or name it in "
@@ -41,13 +44,13 @@ def program():
 def data_file(name):
     """The path of a lab, plan or scene that comes with luxfield: data_file("labs/small.toml").
 
-    It is looked for in the source tree of this package, then where the program is installed."""
-    source = pathlib.Path(__file__).resolve().parents[2] / "data"
+    It is looked for in the source tree of this package's build, then where the program is installed."""
     installed = pathlib.Path(program()).resolve().parent.parent / "share/luxfield/data"
-    for folder in (source, installed):
+    folders = [pathlib.Path(_build.DATA)] * bool(_build) + [installed]
+    for folder in folders:
         if (folder / name).is_file():
             return folder / name
-    raise errors.InputError(f"{name}: is neither in {source} nor in {installed}; name a file like labs/small.toml")
+    raise errors.InputError(f"{name}: is not in {' or '.join(map(str, folders))}; name a file like labs/small.toml")
 
 
 def arguments(options):
@@ -56,6 +59,10 @@ def arguments(options):
     `spp=16` is `--spp 16`, True a flag, None and False are left out; a tuple is one option with several values,
     a list the option repeated, a dict `--option KEY=VALUE` for each entry.
     """
+    def one_value(option, value):
+        word = str(value)
+        return [f"{option}={word}"] if word.startswith("-") else [option, word]  # which is no option itself
+
     words = []
     for name, value in options.items():
         option = "--" + name.strip("_").replace("_", "-")
@@ -70,9 +77,9 @@ def arguments(options):
             words += [option, *map(str, value)]
         elif isinstance(value, list):
             for one in value:
-                words += [option, str(one)]
+                words += one_value(option, one)
         else:
-            words += [option, str(value)]
+            words += one_value(option, value)
     return words
 
 
@@ -128,12 +135,13 @@ class _CtrlC:
             self._child.send_signal(signal.SIGINT)
 
 
-def run(verb, *inputs, progress=None, **options):
-    """Runs `luxfield VERB INPUTS --OPTION VALUE ...` and returns (figures, text).
+def run(verb, *inputs, progress=None, names=(), **options):
+    """Runs `luxfield VERB --OPTION VALUE ... -- INPUTS` and returns (figures, text).
 
     figures   what the program writes with --json, as a dict
     text      what it prints
     progress  None: silent; True: lines on stderr; a function: called with each line
+    names     (path, name): what sentences call a file that the caller does not know
 
     Warnings become LuxfieldWarning; errors InputError, DeviceError or Interrupted with the program's sentence.
     Ctrl-C is passed on to the program, which stops as it does on a terminal, and raises KeyboardInterrupt.
@@ -141,12 +149,18 @@ def run(verb, *inputs, progress=None, **options):
     listener = _show if progress is True else progress
     with tempfile.TemporaryDirectory(prefix="luxfield-") as folder:
         figures = pathlib.Path(folder) / "figures.json"
-        command = [program(), *verb.split(), *map(str, inputs), *arguments(options), "--json", str(figures)]
+        command = [program(), *verb.split(), *arguments(options), "--json", str(figures)]
         if not listener:
             command.append("--quiet")
+        if inputs:
+            command += ["--", *map(str, inputs)]  # none of which is an option, whatever it begins with
         with _CtrlC() as ctrl_c:
-            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                     text=True, errors="replace", start_new_session=True)
+            try:
+                child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                         stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True)
+            except OSError as error:
+                raise errors.InputError(f"{command[0]}: cannot be started: {error.strerror}; name the program "
+                                        "`luxfield` in LUXFIELD_PROGRAM, or install it") from None
             ctrl_c.pass_on_to(child)
             said, text = [], []
             threads = [threading.Thread(target=_listen, args=(child.stderr, listener, said)),
@@ -158,6 +172,8 @@ def run(verb, *inputs, progress=None, **options):
             thread.join()
         child.stdout.close()
         child.stderr.close()
+        for path, name in names:
+            said = [(kind, sentence.replace(str(path), name)) for kind, sentence in said]
         for kind, sentence in said:
             if kind == "warning":
                 warnings.warn(sentence, errors.LuxfieldWarning, stacklevel=4)  # of who called the verb
@@ -167,4 +183,7 @@ def run(verb, *inputs, progress=None, **options):
             sentences = [sentence for kind, sentence in said if kind == "error"]
             sentence = sentences[-1] if sentences else f"`luxfield {verb}` ended with exit code {code}"
             raise _ERRORS.get(code, errors.InternalError)(sentence)
+        if not figures.exists():
+            raise errors.InputError(f"{command[0]}: `{verb}` ended without figures; leave out help and version, and "
+                                    "see that LUXFIELD_PROGRAM names luxfield")
         return json.loads(figures.read_text()), text[0]

@@ -53,23 +53,34 @@ class Result:
 
 
 class _Folder:
-    """A folder of temporary files, which is gone once nobody holds this."""
+    """A folder of temporary files, which is gone once nobody holds this.
+
+    names   (path, name) of each file that stands for an object, with what the caller calls the object
+    """
 
     def __init__(self):
+        self.names = []
         self.path = pathlib.Path(tempfile.mkdtemp(prefix="luxfield-"))
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+    def add(self, name, ending):
+        path = self.path / (name + ending)
+        self.names.append((path, name))
+        return path
 
 
 def _path(thing, folder, name):
     """The path of an argument, which may be a path, a Result, a LightField, or a dict for a TOML file."""
     if isinstance(thing, Result):
+        if thing.output and thing._kept and thing._kept.path in pathlib.Path(thing.output).parents:
+            folder.names.append((thing.output, name))
         return thing.output
     if isinstance(thing, LightField):
-        path = folder.path / f"{name}.lf.exr"
+        path = folder.add(name, ".lf.exr")
         thing.write(path)
         return path
     if isinstance(thing, dict):
-        path = folder.path / f"{name}.toml"
+        path = folder.add(name, ".toml")
         path.write_text(toml.dumps(_files_of(thing, folder)))
         return path
     return thing
@@ -102,15 +113,20 @@ def _option(name, value, folder):
     return _path(value, folder, name) if name in _FILES else value
 
 
+def _numbered(name, things):
+    return {f"{name}{k}": thing for k, thing in enumerate(things)}
+
+
 def _run(verb, inputs, output, ending, progress, options):
-    """Runs a verb that writes `output`, a temporary file with this ending unless it is named, or nothing."""
+    """Runs a verb of inputs by name that writes `output`, a temporary file with this ending unless it is named, or
+    nothing."""
     folder = _Folder()
-    inputs = [_path(thing, folder, f"input{k}") for k, thing in enumerate(inputs)]
+    inputs = [_path(thing, folder, name) for name, thing in inputs.items()]
     options = {name: _option(name, value, folder) for name, value in options.items()}
     if ending is not None:
         output = pathlib.Path(output) if output is not None else folder.path / f"output{ending}"
         options["output"] = output
-    figures, text = process.run(verb, *inputs, progress=progress, **options)
+    figures, text = process.run(verb, *inputs, progress=progress, names=folder.names, **options)
     return Result(figures, text, output, folder)
 
 
@@ -118,20 +134,20 @@ def simulate(lab, *, plan, output=None, progress=None, **options):
     """The true light field of a simulated lab, as a plan's planes and basis show it.
 
     Options: non_negative. `value` is a LightField."""
-    return _run("simulate", [lab], output, ".lf.exr", progress, {"plan": plan, **options})
+    return _run("simulate", {"lab": lab}, output, ".lf.exr", progress, {"plan": plan, **options})
 
 
 def plan(plan=None, *, lab, progress=None, **options):
     """A plan expanded: positions, exposures, time and bytes; or, with max_error="5%" and scene, the plan that lights
     the scene within that error (output names the .toml)."""
-    return _run("plan", [] if plan is None else [plan], None, None, progress, {"lab": lab, **options})
+    return _run("plan", {} if plan is None else {"plan": plan}, None, None, progress, {"lab": lab, **options})
 
 
 def capture(plan, session, *, lab, progress=None, **options):
     """Measures what a plan says, with a real or simulated lab, into a session folder.
 
     Options: resume, dry_run, accept_drift. Ctrl-C ends after the bracket at hand; `resume=True` goes on."""
-    result = _run("capture", [plan, session], None, None, progress, {"lab": lab, **options})
+    result = _run("capture", {"plan": plan, "session": session}, None, None, progress, {"lab": lab, **options})
     result.output = pathlib.Path(session)
     return result
 
@@ -142,7 +158,7 @@ def merge(session, *, output=None, progress=None, **options):
     Takes a session (Measurements), or a list of pictures of one scene (a Picture). Options: calibration, flat_field,
     lamp_level ("first-reference" or "monitor"), estimator, exposure, estimate_exposures, skip_hashes."""
     pictures = isinstance(session, (list, tuple))
-    inputs = list(session) if pictures else [session]
+    inputs = _numbered("picture", session) if pictures else {"session": session}
     return _run("merge", inputs, output, ".exr" if pictures else ".meas.exr", progress, options)
 
 
@@ -153,8 +169,9 @@ def reconstruct(measurements, *, output=None, sigma=True, progress=None, **optio
     its C. Options: filter, non_negative, non_negative_metric, regularise, keep, double."""
     folder = _Folder()
     sigma = folder.path / "sigma.lf.exr" if sigma is True else sigma or None
-    inputs = measurements if isinstance(measurements, (list, tuple)) else [measurements]
-    result = _run("reconstruct", list(inputs), output, ".lf.exr", progress, {"sigma": sigma, **options})
+    several = isinstance(measurements, (list, tuple))
+    inputs = _numbered("measurements", measurements) if several else {"measurements": measurements}
+    result = _run("reconstruct", inputs, output, ".lf.exr", progress, {"sigma": sigma, **options})
     result.sigma = None if sigma is None else LightField.read(sigma)
     return result
 
@@ -163,12 +180,12 @@ def budget(session, *, uncertainty=None, progress=None, **options):
     """Where the uncertainty of flux, radiance and irradiance of a session comes from.
 
     uncertainty is a budget.toml or a dict. Options: at=(x, y, z), report, calibration, flat_field, filter ..."""
-    return _run("budget", [session], None, None, progress, {"uncertainty": uncertainty, **options})
+    return _run("budget", {"session": session}, None, None, progress, {"uncertainty": uncertainty, **options})
 
 
 def preprocess(light_field, *, output=None, progress=None, **options):
     """Sampling tables of a light field. Options: scene, max_error, receivers."""
-    return _run("preprocess", [light_field], output, ".tab.exr", progress, options)
+    return _run("preprocess", {"light_field": light_field}, output, ".tab.exr", progress, options)
 
 
 def render(scene, *, output=None, progress=None, **options):
@@ -177,12 +194,12 @@ def render(scene, *, output=None, progress=None, **options):
 
     `value` is a Picture. Options: spp=64, or error="0.5%", or time="2s"; estimator, shadows, antialias, width, height,
     light_field (of all luminaires, or {name: light field}), light_groups, transparent, knob={...}, seed, png ..."""
-    return _run("render", [scene], output, ".exr", progress, options)
+    return _run("render", {"scene": scene}, output, ".exr", progress, options)
 
 
 def relight(picture, *, scale, output=None, progress=None, **options):
     """Dims the lights of a picture that was rendered with light_groups: scale={"left lamp": 0.5}."""
-    return _run("relight", [picture], output, ".exr", progress, {"scale": scale, **options})
+    return _run("relight", {"picture": picture}, output, ".exr", progress, {"scale": scale, **options})
 
 
 def sky(*, latitude, date, output=None, progress=None, **options):
@@ -192,17 +209,17 @@ def sky(*, latitude, date, output=None, progress=None, **options):
     output names a folder of frames."""
     if options.get("day") and output is None:
         raise ValueError("day=True writes a folder of frames: name it in output")
-    return _run("sky", [], output, ".exr", progress, {"latitude": latitude, "date": date, **options})
+    return _run("sky", {}, output, ".exr", progress, {"latitude": latitude, "date": date, **options})
 
 
 def probe(probe, *, output=None, progress=None, **options):
     """Photographs of a mirroring ball, or through a fisheye, to an Environment (docs/formats/probe.md)."""
-    return _run("probe", [probe], output, ".exr", progress, options)
+    return _run("probe", {"probe": probe}, output, ".exr", progress, options)
 
 
 def import_rays(file, *, output=None, progress=None, **options):
     """A ray file to a light field. Options: flux, faces, rotate=(x, y, z), translate, delta, grid, lattice ..."""
-    return _run("import", [file], output, ".lf.exr", progress, options)
+    return _run("import", {"file": file}, output, ".lf.exr", progress, options)
 
 
 def export(light_field, output, *, progress=None, **options):
@@ -210,7 +227,7 @@ def export(light_field, output, *, progress=None, **options):
     .speos.ray), intensities (.ies, .ldt, .tm33.xml, .gldf) or pictures (.hdr, .exr).
 
     Options: rays=1000000, distance=2.0, sigma, view="fisheye", eye=(x, y, z), check=True ..."""
-    return _run("export", [light_field], output, "", progress, options)
+    return _run("export", {"light_field": light_field}, output, "", progress, options)
 
 
 def photometry(light_field, *, sigma=None, ask=None, output=None, progress=None, **options):
@@ -223,8 +240,8 @@ def photometry(light_field, *, sigma=None, ask=None, output=None, progress=None,
         sigma = light_field.__dict__.get("sigma")
     options = {"sigma": sigma, "ask": ask, **options}
     if output is None:
-        return _run("photometry", [light_field], None, None, progress, options)
-    return _run("photometry", [light_field], output, "", progress, options)
+        return _run("photometry", {"light_field": light_field}, None, None, progress, options)
+    return _run("photometry", {"light_field": light_field}, output, "", progress, options)
 
 
 def compare(a, b, *, progress=None, **options):
@@ -232,22 +249,22 @@ def compare(a, b, *, progress=None, **options):
 
     Of light fields `result.photometry` has flux, intensity, beam, illuminance and colour of both; sigma_a and sigma_b
     make differences in units of their uncertainty."""
-    return _run("compare", [a, b], None, None, progress, options)
+    return _run("compare", {"a": a, "b": b}, None, None, progress, options)
 
 
 def info(file, *, progress=None, **options):
     """What a file, session or folder is and holds."""
-    return _run("info", [file], None, None, progress, options)
+    return _run("info", {"file": file}, None, None, progress, options)
 
 
 def verify(session, *, progress=None, **options):
     """Checks every byte of a session. Options: salvage."""
-    return _run("verify", [session], None, None, progress, options)
+    return _run("verify", {"session": session}, None, None, progress, options)
 
 
 def report(session, *, output=None, progress=None, **options):
     """How a session went, as a page."""
-    return _run("report", [session], output, ".html", progress, options)
+    return _run("report", {"session": session}, output, ".html", progress, options)
 
 
 __all__ = ["Result", "simulate", "plan", "capture", "merge", "reconstruct", "budget", "preprocess", "render",

@@ -42,7 +42,7 @@ TEST(PbrtLamp, PixelsAreTheIntensities) {
   const Scratch scratch("pbrt");
   const auto lamp = LampOfTwoFaces();
   const PbrtLamp written = WritePbrtLamp(scratch / "lamp.pbrt", lamp, "lamp.lf.exr");
-  const core::Image picture = core::ReadExrImage(scratch / "lamp_far.exr");
+  const core::Image picture = core::ReadExrImage(scratch / "lamp.pbrt.far.exr");
   ASSERT_EQ(picture.width, picture.height);
   core::Random random(TestSeed(6), 2, 0);
   double peak = 0, flux = 0;
@@ -66,7 +66,7 @@ TEST(PbrtLamp, PixelsAreTheIntensities) {
   }
   ASSERT_EQ(written.far.size(), 4u);  // 0.1 m lies within the lamp's reach
   EXPECT_LT(written.far[3].largest, 0.02);
-  EXPECT_THAT(core::ReadFile(scratch / "lamp_far.pbrt"), testing::HasSubstr("\"goniometric\""));
+  EXPECT_THAT(core::ReadFile(scratch / "lamp.pbrt.far.pbrt"), testing::HasSubstr("\"goniometric\""));
 }
 
 // The projection lights of a scene's part as pbrt-v4 lights with them (its lights.cpp: the pictures'
@@ -239,7 +239,7 @@ TEST(PbrtLamp, PbrtItselfLights) {
         for (int c = 0; c < 3; ++c) far.back()[c] = y * flux[c] / core::Luminance(flux);
       }
     ExpectAgrees(PlaneByPbrt(scratch / "lamp.pbrt", place, 1024), near, 0.02, 0.004);
-    ExpectAgrees(PlaneByPbrt(scratch / "lamp_far.pbrt", place, 1024), far, 0.02, 0.004);
+    ExpectAgrees(PlaneByPbrt(scratch / "lamp.pbrt.far.pbrt", place, 1024), far, 0.02, 0.004);
   }
 }
 

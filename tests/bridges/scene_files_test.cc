@@ -169,7 +169,7 @@ TEST(UsdLamp, PassesTheCheckersAndShinesAlongZ) {
   EXPECT_NEAR(layer.at("width").get<double>(), 0.06, 1e-6);
   EXPECT_NEAR(layer.at("height").get<double>(), 0.05, 1e-6);
   EXPECT_TRUE(layer.at("has_shaping").get<bool>());
-  EXPECT_EQ(layer.at("profile"), (scratch / "lamp.ies").string());
+  EXPECT_EQ(layer.at("profile"), (scratch / "lamp.usda.ies").string());
   EXPECT_EQ(layer.at("light_field"), (scratch / "lamp.lf.exr").string());
   EXPECT_EQ(layer.at("meters_per_unit"), 1);
 }
@@ -179,7 +179,7 @@ TEST(UsdLamp, HasTheLampsIntensityFarAway) {
   const Scratch scratch("usd_far");
   const LightField field = formats::AsymmetricField();
   const UsdLamp written = WriteUsdLamp(scratch / "lamp.usda", field, scratch / "lamp.lf.exr");
-  const formats::Photometry profile = formats::ReadPhotometry(scratch / "lamp.ies");
+  const formats::Photometry profile = formats::ReadPhotometry(scratch / "lamp.usda.ies");
   const double area = 0.06 * 0.05;
   double peak = 0;
   for (int gamma = 0; gamma < 60; gamma += 5)

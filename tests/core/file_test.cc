@@ -3,10 +3,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <barrier>
 #include <fstream>
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -109,7 +111,56 @@ TEST_F(AtomicFile, FoldersThatDoNotExistAndNamesThatAreFolders) {
     EXPECT_EQ(error.exit_code(), 3);
   }
   std::filesystem::create_directory(folder_ / "taken");
-  EXPECT_THROW(WriteFileAtomically(folder_ / "taken", "x"), DeviceError);
+  EXPECT_THROW(WriteFileAtomically(folder_ / "taken", "x"), InputError);
+  EXPECT_EQ(Entries(), 1);
+}
+
+// Whether `write` says that a file does not take the place of what is there, and nothing is left.
+void ExpectRefused(const std::function<void()>& write) {
+  try {
+    write();
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("is no file that can be replaced"));
+  }
+}
+
+// Links to them too; a link to a file, and one to nothing, are replaced.
+TEST_F(AtomicFile, PipesAndDevicesAreNotReplaced) {
+  namespace fs = std::filesystem;
+  const auto fifo = folder_ / "fifo", link = folder_ / "link";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  for (const fs::path& leads_to : {fifo, fs::path("/dev/full")}) {
+    fs::create_symlink(leads_to, link);
+    ExpectRefused([&] { WriteFileAtomically(link, "x"); });
+    EXPECT_TRUE(fs::is_symlink(link));
+    fs::remove(link);
+  }
+  ExpectRefused([&] { WriteFileAtomically(fifo, "x"); });
+  ExpectRefused(
+      [&] { WriteAtomically(fifo, [](const fs::path&) { ADD_FAILURE() << "work for nothing"; }); });
+  EXPECT_TRUE(fs::is_fifo(fifo));
+  EXPECT_EQ(Entries(), 1);
+  for (const char* leads_to : {"absent", "file"}) {
+    WriteFileAtomically(folder_ / "file", "old");
+    fs::create_symlink(leads_to, link);
+    WriteFileAtomically(link, "new");
+    EXPECT_FALSE(fs::is_symlink(link));
+    EXPECT_EQ(ReadFile(link) + ReadFile(folder_ / "file"), "newold");
+    fs::remove(link);
+  }
+}
+
+// It comes into being while the file is written.
+TEST_F(AtomicFile, APipeThatComesMeanwhileIsNotReplaced) {
+  const auto fifo = folder_ / "fifo";
+  ExpectRefused([&] {
+    WriteAtomically(fifo, [&](const std::filesystem::path& temporary) {
+      std::ofstream(temporary) << "x";
+      ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+    });
+  });
+  EXPECT_TRUE(std::filesystem::is_fifo(fifo));
   EXPECT_EQ(Entries(), 1);
 }
 

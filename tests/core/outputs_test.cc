@@ -86,18 +86,23 @@ TEST_F(OutputsTest, OfAFailureLeaveNothingAndWhatWasThereStays) {
   EXPECT_EQ(ReadFile(folder_ / "a.txt"), "old");
 }
 
-// The second rename fails, as a folder has the name: the first is undone, of a file that was there
-// and of one that was not.
+// The third rename fails, as a folder or a pipe has the name: those before it are undone, of a file
+// that was there and of one that was not.
 TEST_F(OutputsTest, ARenameThatFailsUndoesThoseBeforeIt) {
-  Write("old.txt", "old");
-  {
+  for (const bool pipe : {false, true}) {
+    fs::remove(folder_ / "taken");
+    Write("old.txt", "old");
     Outputs outputs;
     Write("old.txt", "new");
     Write("fresh.txt", "new");
     Write("taken", "new");
     Write("never.txt", "new");
-    fs::create_directory(folder_ / "taken");
-    EXPECT_THROW(outputs.PutInPlace(), DeviceError);
+    if (pipe)
+      ::mkfifo((folder_ / "taken").c_str(), 0600);
+    else
+      fs::create_directory(folder_ / "taken");
+    EXPECT_THROW(outputs.PutInPlace(), InputError);
+    EXPECT_EQ(fs::is_fifo(folder_ / "taken"), pipe);
   }
   EXPECT_THAT(Files(), ElementsAre("old.txt", "taken"));
   EXPECT_EQ(ReadFile(folder_ / "old.txt"), "old");
@@ -218,6 +223,31 @@ TEST_F(OutputsTest, ACacheFileIsThereAtOnceOrNotAtAll) {
   Leave("file");
   EXPECT_FALSE(WriteCacheFile(folder_ / "file" / "cached", "kernel"));
   EXPECT_THAT(Files(), ElementsAre("deep", "file"));
+}
+
+TEST_F(OutputsTest, OnlyFilesWithTheMarkAreOnesOwn) {
+  const std::string far(std::size_t{1} << 20, 'x');  // as much as is read at once
+  RequireOwn(folder_ / "absent", "lamp.rad", "mark");
+  for (const std::string& own : {std::string("mark"), far + "mark", far.substr(2) + "mark" + far,
+                                 far.substr(1) + "mamark"}) {
+    Write("a.dat", own);
+    EXPECT_NO_THROW(RequireOwn(folder_ / "a.dat", "lamp.rad", "mark"));
+  }
+  ::mkfifo((folder_ / "fifo").c_str(), 0600);
+  EXPECT_THROW(RequireOwn(folder_ / "fifo", "lamp.rad", "mark"), InputError);
+  for (const auto& [other, kind] :
+       {std::pair{std::string(), "no file that luxfield knows"},
+        std::pair{far + "mar" + far + "k", "no file that luxfield knows"},
+        std::pair{std::string("\xf2\x03\0\0", 4), "a ray file of TM-25, Zemax"}}) {
+    Write("a.dat", other);
+    try {
+      RequireOwn(folder_ / "a.dat", "there/lamp.rad", "mark");
+      ADD_FAILURE();
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(std::string("a.dat: is ") + kind));
+      EXPECT_THAT(error.what(), testing::HasSubstr("a file that belongs to lamp.rad would come"));
+    }
+  }
 }
 
 TEST_F(OutputsTest, PlacesThatTakeNoFile) {

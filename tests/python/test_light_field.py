@@ -1,5 +1,6 @@
 """LightField and Sampler against closed forms and quadrature in numpy."""
 
+import os
 import subprocess
 import sys
 
@@ -85,6 +86,15 @@ def test_written_and_read_again_is_the_same(lambertian, tmp_path):
     assert np.array_equal(again.C, lambertian.C)
     for name in ("grid", "spacing_m", "corner_m", "basis", "delta_m", "texel_m", "top_left_m", "unit"):
         assert getattr(again, name) == getattr(lambertian, name), name
+
+
+def test_pipes_and_devices_are_not_replaced(lambertian, tmp_path):
+    os.mkfifo(tmp_path / "fifo")
+    (tmp_path / "full").symlink_to("/dev/full")
+    for name in ("fifo", "full", "."):
+        with pytest.raises(luxfield.InputError, match="is no file that can be replaced|is a folder"):
+            lambertian.write(tmp_path / name)
+    assert (tmp_path / "fifo").is_fifo() and (tmp_path / "full").is_symlink() and len(os.listdir(tmp_path)) == 2
 
 
 def test_constructor_names_what_is_wrong():

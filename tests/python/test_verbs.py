@@ -2,9 +2,12 @@
 
 import inspect
 import os
+import pathlib
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -191,12 +194,39 @@ def test_ctrl_c_reaches_the_program_which_ends_in_its_own_way(at_once, tmp_path)
 def test_a_program_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("LUXFIELD_PROGRAM")
-    monkeypatch.setattr(process, "__file__", str(tmp_path / "a/b/process.py"))
+    monkeypatch.setattr(process._build, "PROGRAM", str(tmp_path / "not-built"))
     with pytest.raises(luxfield.InputError, match="LUXFIELD_PROGRAM"):
         luxfield.info("x")
     (tmp_path / "luxfield").write_text("#!/bin/sh\n")
     (tmp_path / "luxfield").chmod(0o755)
     assert process.program() == str(tmp_path / "luxfield")
+    monkeypatch.setenv("LUXFIELD_PROGRAM", str(tmp_path / "gone"))
+    with pytest.raises(luxfield.InputError, match="gone: cannot be started.*LUXFIELD_PROGRAM"):
+        luxfield.info("x")
+
+
+def test_the_build_trees_package_runs_its_own_program(monkeypatch):
+    built = os.environ["LUXFIELD_PROGRAM"]
+    monkeypatch.delenv("LUXFIELD_PROGRAM")
+    assert os.path.samefile(process.program(), built)
+
+
+def test_nothing_beside_the_packages_folder_is_run_or_read(tmp_path):
+    """A copy in TMP/x, and TMP/luxfield and TMP/data, which somebody else may have put there."""
+    shutil.copytree(pathlib.Path(luxfield.__file__).parent, tmp_path / "x/luxfield",
+                    ignore=shutil.ignore_patterns("_build.py", "__pycache__"))
+    for folder in (tmp_path, tmp_path / "bin"):
+        folder.mkdir(exist_ok=True)
+        (folder / "luxfield").write_text("#!/bin/sh\n")
+        (folder / "luxfield").chmod(0o755)
+    for data in (tmp_path / "data", tmp_path / "share/luxfield/data"):
+        (data / "labs").mkdir(parents=True)
+        (data / "labs/small.toml").write_text("")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "x"), "PATH": str(tmp_path / "bin")}
+    del environment["LUXFIELD_PROGRAM"]
+    code = "from luxfield import process; print(process.program(), process.data_file('labs/small.toml'))"
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert said.stdout.split() == [str(tmp_path / "bin/luxfield"), str(tmp_path / "share/luxfield/data/labs/small.toml")]
 
 
 def test_errors_are_pythons_with_the_programs_sentence(tmp_path, small):
@@ -215,6 +245,40 @@ def test_errors_are_pythons_with_the_programs_sentence(tmp_path, small):
     assert issubclass(luxfield.InputError, ValueError) and issubclass(luxfield.DeviceError, luxfield.Error)
 
 
+def test_a_name_that_looks_like_an_option_is_a_file(small, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("--help", "-h", "--version", "--", "-x.lf.exr", "-1"):
+        with pytest.raises(luxfield.InputError, match=f"^{name}: "):
+            luxfield.info(name)
+    lamp = luxfield.export(small["solved"], "-x.ldt").output
+    assert luxfield.info(lamp).figures["kind"] == "intensity"
+    solved = small["solved"].value
+    solved.write("-x.lf.exr")
+    assert luxfield.preprocess("-x.lf.exr", output="-y.tab.exr").output.stat().st_size > 0
+    assert luxfield.photometry("-x.lf.exr", sigma="-x.lf.exr").flux_lm > 0
+
+
+def test_figures_that_are_not_written_are_the_fault_of_the_call(small, tmp_path, monkeypatch):
+    with pytest.raises(luxfield.InputError, match="ended without figures; leave out help") as raised:
+        luxfield.info(small["plan"], help=True)
+    assert tempfile.gettempdir() not in str(raised.value)
+    program_that(tmp_path, monkeypatch, "exit 0")
+    with pytest.raises(luxfield.InputError, match="program: `info` ended without figures"):
+        luxfield.info("x")
+
+
+def test_objects_in_place_of_files_are_named_by_their_argument(small):
+    for call, words in [
+        (lambda: luxfield.render({**SCENE, "quad": [{"corner": [0, 0]}]}), "^scene: "),
+        (lambda: luxfield.plan({"plan": {"kind": "geometri"}}, lab=small["lab"]), "^plan: "),
+        (lambda: luxfield.photometry(small["solved"].value, ask={"point": [{"position_m": 3}]}), "^ask: "),
+        (lambda: luxfield.merge(small["solved"]), "^session: is a light field"),
+    ]:
+        with pytest.raises(luxfield.InputError, match=words) as raised:
+            call()
+        assert tempfile.gettempdir() not in str(raised.value)
+
+
 def test_progress_is_handed_over(small):
     lines = []
     luxfield.render(lit_by(file=small["solved"]), spp=4, progress=lines.append)
@@ -223,9 +287,9 @@ def test_progress_is_handed_over(small):
 
 def test_options_as_on_the_command_line():
     assert process.arguments({"spp": 4, "light_groups": True, "png": None, "quiet": False, "scale": (0, 2),
-                              "knob": {"a": 1, "b": 2}, "calibration": ["x", "y"]}) == [
+                              "knob": {"a": 1, "b": 2}, "calibration": ["x", "-y"], "level": -1}) == [
         "--spp", "4", "--light-groups", "--scale", "0", "2", "--knob", "a=1", "--knob", "b=2",
-        "--calibration", "x", "--calibration", "y"]
+        "--calibration", "x", "--calibration=-y", "--level=-1"]
 
 
 def test_toml_of_dicts_reads_back():
@@ -256,5 +320,5 @@ def test_everything_public_is_documented():
 
 def test_files_that_come_with_the_program_are_found(source):
     assert luxfield.data_file("labs/small.toml").samefile(source / "data/labs/small.toml")
-    with pytest.raises(luxfield.InputError, match="labs/smal.toml: is neither in .* nor in "):
+    with pytest.raises(luxfield.InputError, match="labs/smal.toml: is not in .* or "):
         luxfield.data_file("labs/smal.toml")
