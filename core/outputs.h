@@ -21,8 +21,8 @@ class Outputs {
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  // Syncs all that waits, then renames all. Where a rename fails, those before it are undone: what
-  // was there before is there again. A process that is killed between two renames leaves some of
+  // Syncs all that waits, renames all and syncs their folders. Where that fails, the renames are
+  // undone: what was there before is there again. A process that is killed between two renames leaves some of
   // the files in place, whole, and the others not. Throws DeviceError.
   void PutInPlace();
 
