@@ -14,6 +14,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/version.h"
@@ -158,7 +159,7 @@ GltfLamp WriteGltfLamp(const std::filesystem::path& path, const LightField& fiel
       formats::SampleFarField(formats::LuminanceOf(lamp), {}, {}, source).table;
   const Spot spot = SpotOf(far_field, core::Luminance(flux));
   const auto colour = ColourOf(flux);
-  const std::string name = path.stem().string();
+  const std::string name = core::OnOneLine(path.stem().string());
 
   Buffer buffer;
   const core::Json light_field = LightFieldJson(written.fitted, buffer);

@@ -14,6 +14,7 @@
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/version.h"
 
@@ -206,8 +207,9 @@ void WriteProjectors(const std::filesystem::path& path, std::span<const PosedLig
                      PbrtLamp& written) {
   const std::string stem = path.stem().string(), pictures = path.filename().string() + ".pictures";
   core::MakeFolder(path.parent_path() / pictures);
-  std::string text = fmt::format(
-      "# {}, a measured lamp, by luxfield " LUXFIELD_VERSION ". It shines along +z.\n", stem);
+  std::string text =
+      fmt::format("# {}, a measured lamp, by luxfield " LUXFIELD_VERSION ". It shines along +z.\n",
+                  core::OnOneLine(stem));
   double positive = 0, negative = 0;
   for (std::size_t f = 0; f < fields.size(); ++f) {
     const Projectors projectors(fields[f].field);
@@ -331,8 +333,8 @@ PbrtLamp WritePbrtLamp(const std::filesystem::path& path, std::span<const PosedL
                                         "LightSource \"goniometric\"\n"
                                         "  \"string filename\" \"{}.exr\"\n"
                                         "  \"rgb I\" [ {:.6g} {:.6g} {:.6g} ]\n",
-                                        path.stem().string(), kFarMark, far, flux[0] / whole,
-                                        flux[1] / whole, flux[2] / whole));
+                                        core::OnOneLine(path.stem().string()), kFarMark, far,
+                                        flux[0] / whole, flux[1] / whole, flux[2] / whole));
   WriteProjectors(path, fields, written);
   const ProjectedLamp projected(luminance);
   written.near =

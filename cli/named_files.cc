@@ -151,7 +151,7 @@ void RequireKind(const fs::path& path, const std::vector<FileKind>& taken) {
 CLI::Validator InputFile(std::vector<FileKind> taken) {
   return CLI::Validator(
       [taken = std::move(taken)](const std::string& path) {
-        RequireKind(path, taken);
+        if (!path.empty()) RequireKind(path, taken);  // or the program says what is empty
         return std::string();
       },
       "");

@@ -101,6 +101,16 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   return WithHelp(what, words);
 }
 
+// Nothing that is named is an empty word, as a variable of the shell may be that was not set.
+void RequireWords(const CLI::App& app) {
+  std::string words;
+  const CLI::App& verb = Parsed(app, &words);
+  for (const CLI::Option* option : verb.get_options())
+    for (const std::string& text : option->results())
+      if (text.empty())
+        throw InputError(WithHelp(fmt::format("{} is empty", option->get_name()), words));
+}
+
 // Numbers on the command line: the parser takes nan, inf and 1e300.
 void RequirePlausible(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options())
@@ -239,6 +249,7 @@ int Program::Run(int argc, char** argv) {
       if (!misspelt) throw;
       throw InputError(*misspelt);
     }
+    RequireWords(app_);
     RequirePlausible(app_);
     core::InstallInterruptHandler();
     // Loops of other libraries know no execution.
@@ -259,8 +270,9 @@ int Program::Run(int argc, char** argv) {
         "machine with more");
     return 3;
   } catch (const std::filesystem::filesystem_error& error) {
+    const std::string path = error.path1().string();
     PrintError(fmt::format("{}: cannot be used: {}; check the path and who may read and write it",
-                           error.path1().string(), error.code().message()));
+                           path.empty() ? "a file or folder" : path, error.code().message()));
     return ExitCode(error.code());
   } catch (const std::system_error& error) {
     try {

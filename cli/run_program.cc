@@ -15,13 +15,14 @@ namespace {
 
 std::atomic<bool> runs = false;
 
-// `exit` while a verb runs is a library's: the compilers of kernels end a program whose disk is full.
+// `exit` while a verb runs is a library's: the compilers of kernels end a program whose disk is full,
+// Xlib one whose X server is gone.
 void TellOfAnEndByALibrary() {
   if (!runs) return;
   std::fputs(
-      "luxfield: a library ended the program after its message above; free disk space, or raise "
-      "the "
-      "limits of memory and of file sizes (`ulimit -a` lists them)\n",
+      "luxfield: a library ended the program after its message above; if the display went away, "
+      "start it again where one is; else free disk space, or raise the limits of memory and of "
+      "file sizes (`ulimit -a` lists them)\n",
       stderr);
   std::fflush(stderr);
   ::_exit(3);

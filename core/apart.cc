@@ -40,7 +40,7 @@ void BeAlone(int end, pid_t parent) {
   if (::getppid() != parent) ::_exit(1);
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGPIPE, SIGXCPU})
     ::signal(signal, SIG_DFL);
-  for (const int signal : {SIGINT, SIGTERM, SIGTSTP}) ::signal(signal, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGTSTP}) ::signal(signal, SIG_IGN);
   const int nothing = ::open("/dev/null", O_RDWR);
   for (const int standard : {0, 1, 2}) ::dup2(nothing, standard);
   ::dup2(end, kEnd);

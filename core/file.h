@@ -20,8 +20,8 @@ void ReadInPieces(const std::filesystem::path& path,
 
 // Writes `bytes` so that `path` holds either its old content or all of the new one, also after a
 // crash: temporary file in the same folder, fsync, rename, fsync of the folder. Throws DeviceError
-// (disk full, read-only ...), InputError where a folder, pipe or device has the name; the temporary
-// file is removed.
+// (disk full, read-only ...), InputError where a folder, pipe or device has the name. The temporary
+// file is removed, and where the folder cannot be synced so is a file that is new.
 enum class Access { kUmask, kPrivate };  // private: the owner's alone (0600, folders 0700)
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes,
                          Access access = Access::kUmask);

@@ -27,14 +27,14 @@ void Outputs::PutInPlace() {
   std::size_t renamed = 0;
   try {
     for (; renamed < waiting_.size(); ++renamed) waiting_[renamed].Exchange();
+    std::set<fs::path> folders;
+    for (const StagedFile& file : waiting_) folders.insert(FolderOf(file.path()));
+    for (const fs::path& folder : folders) SyncFolder(folder);
   } catch (...) {
     while (renamed > 0) waiting_[--renamed].Undo();
     throw;
   }
-  std::set<fs::path> folders;
-  for (const StagedFile& file : waiting_) folders.insert(FolderOf(file.path()));
   waiting_.clear();
-  for (const fs::path& folder : folders) SyncFolder(folder);
   StorageStep("outputs in place");
 }
 

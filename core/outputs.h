@@ -21,10 +21,10 @@ class Outputs {
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  // Syncs all that waits, then renames all. Where a rename fails, those before it are undone: what
-  // was there before is there again. A process that is killed between two renames leaves some of
-  // the files in place, whole, and the others not. Throws DeviceError, and InputError where
-  // something else than a file has got one of the names.
+  // Syncs all that waits, renames all and syncs their folders. Where that fails, the renames are
+  // undone: what was there before is there again. A process that is killed between two renames
+  // leaves some of the files in place, whole, and the others not. Throws DeviceError, and InputError
+  // where something else than a file has got one of the names.
   void PutInPlace();
 
  private:

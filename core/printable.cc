@@ -11,15 +11,20 @@
 namespace luxfield::core {
 namespace {
 
-// The bytes of the character that `text` begins with; 0 where they are none.
-struct Character {
-  std::size_t bytes = 0;
-  std::uint32_t code = 0;
-  bool cut_off = false;  // it goes on beyond the text
-};
+bool IsObeyed(std::uint32_t code) {
+  return (code < 0x20 && code != '\n' && code != '\t') || (code >= 0x7F && code < 0xA0) ||
+         code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
+         (code >= 0x2066 && code <= 0x2069);
+}
+
+void AppendEscaped(std::string_view bytes, std::string& to) {
+  for (const char c : bytes) to += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+}
+
+}  // namespace
 
 // RFC 3629: shortest forms, no surrogates, nothing above U+10FFFF.
-Character First(std::string_view text) {
+Character FirstCharacter(std::string_view text) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned first = byte(0);
   if (first < 0x80) return {1, first};
@@ -40,24 +45,13 @@ Character First(std::string_view text) {
   return {bytes, code};
 }
 
-bool IsObeyed(std::uint32_t code) {
-  return (code < 0x20 && code != '\n' && code != '\t') || (code >= 0x7F && code < 0xA0) ||
-         (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
-}
-
-void AppendEscaped(std::string_view bytes, std::string& to) {
-  for (const char c : bytes) to += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-}
-
-}  // namespace
-
 std::string VisibleText::Next(std::string_view piece) {
   const std::string text = waiting_ + std::string(piece);
   waiting_.clear();
   std::string shown;
   for (std::size_t at = 0; at < text.size();) {
     const std::string_view left = std::string_view(text).substr(at);
-    const Character next = First(left);
+    const Character next = FirstCharacter(left);
     if (next.cut_off) {
       waiting_ = left;
       break;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -10,9 +11,18 @@ namespace luxfield::core {
 // Its first bytes, '?' in place of what is not printable ASCII.
 std::string Printable(std::string_view text, std::size_t most = 60);
 
+struct Character {
+  std::size_t bytes = 0;  // that it takes; 0 where they are none
+  std::uint32_t code = 0;
+  bool cut_off = false;  // it goes on beyond the text
+};
+// The one that UTF-8 text begins with, which must not be empty.
+Character FirstCharacter(std::string_view text);
+
 // UTF-8 text in pieces, with what a terminal or a reader would obey instead of showing as \xNN:
-// control characters other than newline and tab (U+0000 to U+001F, U+007F to U+009F), those that
-// turn the direction of writing (U+202A to U+202E, U+2066 to U+2069), bytes that are no UTF-8.
+// control characters other than newline and tab (U+0000 to U+001F, U+007F to U+009F), those of the
+// direction of writing (U+061C, U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069), bytes that are
+// no UTF-8.
 class VisibleText {
  public:
   // A character that the piece cuts off waits for the next one.

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <ctime>
 #include <utility>
 
 #include "luxfield/core/error.h"
@@ -12,10 +14,39 @@
 namespace luxfield::core {
 namespace {
 
-std::atomic<int> g_interrupts{0};
-static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");
+constexpr std::int64_t kOnePress_ms = 100;
+constexpr unsigned kInOrder_s = 10;
 
-void CountInterrupt(int) { g_interrupts.fetch_add(1); }
+std::atomic<int> g_interrupts{0};
+std::atomic<std::int64_t> g_last_ms{-kOnePress_ms};
+std::atomic<bool> g_ends_in_order{false};
+static_assert(std::atomic<int>::is_always_lock_free &&
+                  std::atomic<std::int64_t>::is_always_lock_free &&
+                  std::atomic<bool>::is_always_lock_free,
+              "a signal handler may touch them");
+
+std::int64_t Now_ms() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return 1000 * std::int64_t{now.tv_sec} + now.tv_nsec / 1'000'000;
+}
+
+// More than one thread may be here at once.
+void CountInterrupt(int signal) {
+  if (signal == SIGHUP && g_interrupts > 0) return;
+  const std::int64_t now = Now_ms();
+  std::int64_t last = g_last_ms;
+  if (now - last < kOnePress_ms || !g_last_ms.compare_exchange_strong(last, now)) return;
+  const int count = g_interrupts.fetch_add(1) + 1;
+  if (count < 2) return;
+  if (count == 2 && g_ends_in_order) {
+    ::signal(SIGALRM, SIG_DFL);
+    ::alarm(kInOrder_s);
+    return;
+  }
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);  // comes when this handler returns
+}
 
 }  // namespace
 
@@ -62,9 +93,16 @@ void InstallInterruptHandler() {
   action.sa_handler = &CountInterrupt;
   sigemptyset(&action.sa_mask);
   action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  // While one is handled others wait, so that an end by one is not held up by another.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&action.sa_mask, signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (signal != SIGHUP || before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
 }
+
+void EndInOrderAtTheSecondInterrupt() { g_ends_in_order = true; }
 
 int InterruptCount() {
   if (const std::shared_ptr<ExecutionState> execution = CurrentExecution()) {

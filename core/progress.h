@@ -35,8 +35,14 @@ class Progress {
 // "12 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);
 
-// For programs: counts SIGINT and SIGTERM from now on.
+// For programs: from now on the first SIGINT, SIGTERM or SIGHUP is counted, and the second SIGINT or
+// SIGTERM ends the process as if nobody handled it, whatever it is doing. Those within 0.1 s of the
+// one before are of one press: `timeout` sends two. SIGHUP stays ignored where it was (`nohup`), and
+// never counts as the second, since a terminal that closes may send several.
 void InstallInterruptHandler();
+// For programs that drive devices: the second is counted, too, and they see to it that they end. The
+// third ends the process, or SIGALRM 10 s after the second.
+void EndInOrderAtTheSecondInterrupt();
 // Of the execution (execution.h), or what the handler has counted.
 int InterruptCount();
 void ThrowIfInterrupted();

@@ -125,7 +125,8 @@ StagedFile::StagedFile(const fs::path& path, std::span<const std::string_view> p
 StagedFile::StagedFile(StagedFile&& other) noexcept
     : path_(std::move(other.path_)),
       temporary_(std::exchange(other.temporary_, {})),
-      file_(other.file_.release()) {}
+      file_(other.file_.release()),
+      fresh_(other.fresh_) {}
 
 StagedFile::~StagedFile() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
@@ -138,6 +139,8 @@ void StagedFile::Sync() const {
 
 void StagedFile::Rename() {
   RequireReplaceable(path_);
+  struct stat there {};
+  fresh_ = ::lstat(path_.c_str(), &there) != 0;
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) FailWriting(path_, "rename into place");
   temporary_.clear();
   StorageStep("renamed");
@@ -146,7 +149,12 @@ void StagedFile::Rename() {
 void StagedFile::PutInPlace() {
   Sync();
   Rename();
-  SyncFolder(FolderOf(path_));
+  try {
+    SyncFolder(FolderOf(path_));
+  } catch (...) {
+    Undo();
+    throw;
+  }
   StorageStep("folder synced");
 }
 
@@ -162,9 +170,9 @@ void StagedFile::Exchange() {
 }
 
 void StagedFile::Undo() noexcept {
-  if (temporary_.empty())
+  if (fresh_)
     ::unlink(path_.c_str());
-  else
+  else if (!temporary_.empty())
     ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
 }
 

@@ -34,13 +34,14 @@ class StagedFile {
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& temporary() const { return temporary_; }  // where it waits
 
-  // Syncs it, renames it to `path` and syncs the folder. Once.
+  // Syncs it, renames it to `path` and syncs the folder; where that fails a new name goes again.
+  // Once.
   void PutInPlace();
 
   // The same in steps, for several files together: Sync each, Exchange each, sync their folders.
   void Sync() const;
   void Exchange();       // a file that had the name before waits until this one is destroyed,
-  void Undo() noexcept;  // or gets its name back
+  void Undo() noexcept;  // or gets its name back, if it waits
 
  private:
   StagedFile(const std::filesystem::path& path, Access access);
@@ -48,6 +49,7 @@ class StagedFile {
 
   std::filesystem::path path_, temporary_;  // temporary_ is empty where nothing waits there
   Descriptor file_;
+  bool fresh_ = false;  // in place, where nothing was
 };
 
 // Whether a file is named like those that wait: .STEM.PID-N.tmp.EXTENSION, hidden.

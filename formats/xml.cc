@@ -275,11 +275,7 @@ XmlElement ParseXml(std::string_view text, const std::string& file) {
 }
 
 std::string XmlEscaped(std::string_view utf8) {
-  std::string text = Utf8FromLatin1(utf8);
-  std::replace_if(
-      text.begin(), text.end(),
-      [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == 127; }, '?');
-  return core::EscapedMarkup(text);
+  return core::EscapedMarkup(core::Visible(Utf8FromLatin1(utf8)));
 }
 
 }  // namespace luxfield::formats

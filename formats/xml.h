@@ -34,7 +34,8 @@ struct XmlElement {
 // The document's element. Throws InputError naming file and line.
 XmlElement ParseXml(std::string_view text, const std::string& file);
 
-// Text as the content of an element: markup escaped, characters that XML does not have as '?'.
+// Text as the content of an element: markup escaped, what XML does not have shown as core::Visible
+// does.
 std::string XmlEscaped(std::string_view utf8);
 
 }  // namespace luxfield::formats

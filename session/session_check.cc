@@ -100,15 +100,22 @@ void CheckManifest(const fs::path& folder, const JournalContent& journal, FilePr
         check.problems.push_back(
             fmt::format("{}: {} is listed with {} bytes", path.string(), file.name, file.bytes));
     }
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-      const std::string name = fs::relative(entry.path(), folder).string();
+    std::error_code unreadable;
+    fs::path last = folder;
+    for (fs::recursive_directory_iterator entry(folder, unreadable), end;
+         !unreadable && entry != end; entry.increment(unreadable)) {
+      last = entry->path();
+      const std::string name = fs::relative(last, folder).string();
       const bool derived = name.starts_with("derived") || name.starts_with("journal.damaged");
-      if (entry.is_regular_file() && !derived && name != "LOCK" && name != "manifest.json" &&
+      if (entry->is_regular_file() && !derived && name != "LOCK" && name != "manifest.json" &&
           !listed.contains(name))
         check.problems.push_back(
             fmt::format("{}: is not in the manifest; move it out of the session if it is not of it",
-                        entry.path().string()));
+                        last.string()));
     }
+    if (unreadable)
+      check.problems.push_back(fmt::format("{}: cannot be read ({}); let its owner read it",
+                                           last.string(), unreadable.message()));
   } catch (const InputError& error) {
     check.damaged = true;
     check.problems.push_back(error.what());

@@ -19,6 +19,8 @@ std::string_view EmbeddedSource(std::string_view path);  // generated
 
 namespace {
 
+std::string Escaped(const std::string& text) { return core::EscapedMarkup(core::Visible(text)); }
+
 // In the order in which they use each other.
 constexpr std::array<std::string_view, 7> kScripts = {
     "lib/volume.js",         "lib/light_shader.js", "page/mesh.js", "page/room.js",
@@ -75,17 +77,16 @@ std::string Facts(const lightfield::LightField& field, const FittedVolume& fitte
   const double flux = core::Luminance(lightfield::TotalFlux(field));
   std::string unit = lightfield::FluxUnitName(field.geometry.unit);
   if (field.geometry.unit == lightfield::FluxUnit::kRelative) unit = "(relative)";
-  return core::EscapedMarkup(
-      fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux, unit,
-                  PercentText(fitted.zones.back().stated_error),
-                  Metres(fitted.zones.back().z_first_m), PercentText(fitted.stated_error())));
+  return Escaped(fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux,
+                             unit, PercentText(fitted.zones.back().stated_error),
+                             Metres(fitted.zones.back().z_first_m),
+                             PercentText(fitted.stated_error())));
 }
 
 std::string MadeBy(const PageFacts& facts) {
   std::string text = fmt::format("Made by luxfield {} of {}", LUXFIELD_VERSION, facts.file_name);
   if (!facts.sha256.empty()) text += fmt::format(", SHA-256 {}", facts.sha256);
-  return core::EscapedMarkup(text +
-                             ". The page holds all it needs and asks nothing of any network.");
+  return Escaped(text + ". The page holds all it needs and asks nothing of any network.");
 }
 
 // GLSL as JavaScript's template literals, which it holds no special character of.
@@ -151,9 +152,9 @@ std::string PageJson(const FittedVolume& fitted) {
 std::string LampPage(const lightfield::LightField& field, const FittedVolume& fitted,
                      const PageFacts& facts) {
   return Filled(Part("page/page.html"), {{"GENERATOR", "luxfield " LUXFIELD_VERSION},
-                                         {"TITLE", core::EscapedMarkup(facts.title)},
+                                         {"TITLE", Escaped(facts.title)},
                                          {"FACTS", Facts(field, fitted)},
-                                         {"ERROR", core::EscapedMarkup(ErrorText(fitted))},
+                                         {"ERROR", Escaped(ErrorText(fitted))},
                                          {"ZONES", ZoneRows(fitted)},
                                          {"MADE_BY", MadeBy(facts)},
                                          {"STYLE", std::string(Part("page/page.css"))},

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <numeric>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "luxfield/cli/pdf/svg_on_cairo.h"
 #include "luxfield/cli/table_columns.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/core/spare_memory.h"
 
 namespace luxfield::cli {
@@ -23,7 +25,9 @@ constexpr double kWidth = 595.276, kHeight = 841.89, kLeft = 56, kRight = 50, kT
 constexpr double kInner = kWidth - kLeft - kRight;
 constexpr double kText = 9, kSmall = 7.5, kHeading = 11, kLine = 1.35;
 constexpr std::size_t kTogether = 5;  // lines of a paragraph that stay on one page
-constexpr double kCell = 8, kCellLine = 1.25, kCellPad = 3;  // of a table
+constexpr double kCell = 8, kCellPitch = 1.25 * kCell, kCellPad = 3, kRowGap = 3;  // of a table
+constexpr std::size_t kWhole = 15;       // lines of a row that stay on one page
+constexpr std::size_t kFooterLines = 3;  // that lie on the page
 
 struct CairoDelete {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
@@ -33,8 +37,14 @@ struct CairoDelete {
 class CairoPages : public PdfPages {
  public:
   // pages: 0 while they are counted.
-  CairoPages(cairo_surface_t* surface, const PdfFacts& facts, int pages)
-      : context_(cairo_create(surface)), facts_(facts), pages_(pages) {}
+  CairoPages(cairo_surface_t* surface, const std::string& footer, int pages)
+      : context_(cairo_create(surface)), pages_(pages) {
+    Font(kSmall, false);
+    footer_ = Broken(footer, kInner - 70);
+    if (footer_.size() <= kFooterLines) return;
+    footer_.resize(kFooterLines);
+    footer_.back() += " ...";
+  }
 
   void Title(const std::string& text) override { Lines(text, 15, true, 4); }
   void Heading(const std::string& text) override { heading_ = text; }
@@ -45,15 +55,16 @@ class CairoPages : public PdfPages {
 
   void Table(const std::vector<std::vector<std::string>>& rows) override {
     if (rows.empty()) return;
-    Begin(4 * kCell * kCellLine);
-    const std::vector<bool> numbers = NumberColumns(rows);
-    const std::vector<double> widths = Widths(rows, numbers.size());
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      if (Row(numbers, widths, rows[r], r == 0)) continue;
-      NewPage();
-      if (r > 0) Row(numbers, widths, rows[0], true);
-      Row(numbers, widths, rows[r], r == 0);
-    }
+    const Columns columns = ColumnsOf(rows);
+    const Row head = Broken(columns, rows[0], true);
+    double begins =
+        LeastHeight(head);  // what stays together: the head and where the first row begins
+    if (rows.size() > 1) begins += LeastHeight(Broken(columns, rows[1], false));
+    Begin(begins);
+    Need(begins);
+    AddRow(columns, head, nullptr);
+    for (std::size_t r = 1; r < rows.size(); ++r)
+      AddRow(columns, Broken(columns, rows[r], false), &head);
     y_ += 8;
   }
 
@@ -115,7 +126,9 @@ class CairoPages : public PdfPages {
           static_cast<std::size_t>(std::count_if(word.begin(), word.end(), [](char c) {
             return (static_cast<unsigned char>(c) & 0xC0) != 0x80 && c != ',' && c != ';';
           }));
-      if (!words.empty() && (letters <= 1 || words.back().ends_with(" =")))
+      constexpr std::size_t kMostBytes = 40;
+      if (!words.empty() && words.back().size() < kMostBytes &&
+          (letters <= 1 || words.back().ends_with(" =")))
         words.back() += " " + word;
       else
         words.push_back(word);
@@ -126,33 +139,51 @@ class CairoPages : public PdfPages {
   // Of the font that is set: between words, and within those that are too long.
   std::vector<std::string> Broken(const std::string& text, double width) {
     std::vector<std::string> lines(1);
-    for (std::string word : Words(text)) {
+    for (const std::string& word : Words(text)) {
       const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
       if (Advance(longer) <= width) {
         lines.back() = longer;
         continue;
       }
       if (!lines.back().empty()) lines.emplace_back();
-      while (Advance(word) > width && word.size() > 1) {
-        std::size_t keep = word.size() - 1;
-        const auto is_middle = [&](std::size_t k) {
-          return (static_cast<unsigned char>(word[k]) & 0xC0) == 0x80;  // of a character in UTF-8
-        };
-        while (keep > 1 && (is_middle(keep) || Advance(word.substr(0, keep)) > width)) --keep;
-        lines.back() = word.substr(0, keep);
-        word = word.substr(keep);
-        lines.emplace_back();
-      }
-      lines.back() = word;
+      AddInPieces(word, width, lines);
     }
     return lines;
   }
 
-  // Of columns: as wide as their longest lines where the page holds them; else the widest are narrowed to
-  // a common width, down to their longest words.
-  std::vector<double> Widths(const std::vector<std::vector<std::string>>& rows,
-                             std::size_t columns) {
-    std::vector<double> line(columns, 2 * kCellPad), word(columns, 2 * kCellPad);
+  // A word that is wider than a line. A mark has no width of its own and stays with its letter.
+  void AddInPieces(std::string_view word, double width, std::vector<std::string>& lines) {
+    double used = 0;
+    while (!word.empty()) {
+      const std::string letter(word.substr(0, core::FirstCharacter(word).bytes));
+      const double advance = Advance(letter);
+      if (used + advance > width && !lines.back().empty()) {
+        lines.emplace_back();
+        used = 0;
+      }
+      lines.back() += letter;
+      used += advance;
+      word.remove_prefix(letter.size());
+    }
+  }
+
+  struct Columns {
+    std::vector<bool> numbers;
+    std::vector<double> widths;
+  };
+  // Lines of its cells.
+  struct Row {
+    std::vector<std::vector<std::string>> cells;
+    std::size_t lines = 1;  // of the cell that has most
+    bool head = false;
+  };
+
+  // As wide as their longest lines where the page holds them; else the widest are narrowed to a common
+  // width, down to their longest words or, where the page does not hold these, to equal shares of it.
+  Columns ColumnsOf(const std::vector<std::vector<std::string>>& rows) {
+    Columns columns{NumberColumns(rows), {}};
+    const std::size_t count = columns.numbers.size();
+    std::vector<double> line(count, 2 * kCellPad), word = line;
     for (std::size_t r = 0; r < rows.size(); ++r) {
       Font(kCell, r == 0);
       for (std::size_t k = 0; k < rows[r].size(); ++k) {
@@ -161,25 +192,33 @@ class CairoPages : public PdfPages {
           word[k] = std::max(word[k], Advance(one) + 2 * kCellPad);
       }
     }
+    if (Sum(word) > kInner)
+      for (double& width : word) width = std::min(width, kInner / double(count));
+    columns.widths = Narrowed(line, word);
+    const double to_page = kInner / Sum(columns.widths);
+    for (double& width : columns.widths) width *= to_page;
+    return columns;
+  }
+
+  static double Sum(const std::vector<double>& widths) {
+    return std::accumulate(widths.begin(), widths.end(), 0.0);
+  }
+  // Those that are wider than a common width are of that width, but not below `least`.
+  static std::vector<double> Narrowed(const std::vector<double>& widths,
+                                      const std::vector<double>& least) {
     const auto narrowed = [&](double most) {
-      std::vector<double> widths(columns);
-      for (std::size_t k = 0; k < columns; ++k)
-        widths[k] = std::min(line[k], std::max(word[k], most));
-      return widths;
-    };
-    const auto sum = [](const std::vector<double>& widths) {
-      return std::accumulate(widths.begin(), widths.end(), 0.0);
+      std::vector<double> narrow(widths.size());
+      for (std::size_t k = 0; k < narrow.size(); ++k)
+        narrow[k] = std::min(widths[k], std::max(least[k], most));
+      return narrow;
     };
     constexpr int kHalvings = 40;
     double low = 0, high = 2 * kInner;
     for (int k = 0; k < kHalvings; ++k) {
       const double middle = (low + high) / 2;
-      (sum(narrowed(middle)) <= kInner ? low : high) = middle;
+      (Sum(narrowed(middle)) <= kInner ? low : high) = middle;
     }
-    std::vector<double> widths = narrowed(low);
-    const double to_page = kInner / sum(widths);
-    for (double& width : widths) width *= to_page;
-    return widths;
+    return narrowed(low);
   }
 
   // What is at least `height` high comes next, under the heading that waits for it.
@@ -209,9 +248,8 @@ class CairoPages : public PdfPages {
     cairo_stroke(context_.get());
     const std::string number = fmt::format("page {} of {}", page_, pages_ > 0 ? pages_ : page_);
     Show(kWidth - kRight - Advance(number), y, number);
-    const auto lines = Broken(facts_.footer, kInner - 70);
-    for (std::size_t k = 0; k < lines.size(); ++k)
-      Show(kLeft, y + double(k) * kSmall * kLine, lines[k]);
+    for (std::size_t k = 0; k < footer_.size(); ++k)
+      Show(kLeft, y + double(k) * kSmall * kLine, footer_[k]);
   }
 
   void Lines(const std::string& text, double size, bool bold, double after) {
@@ -227,32 +265,61 @@ class CairoPages : public PdfPages {
     y_ += after;
   }
 
-  // False: it does not fit on this page, and is not drawn.
-  bool Row(const std::vector<bool>& numbers, const std::vector<double>& widths,
-           const std::vector<std::string>& row, bool head) {
+  Row Broken(const Columns& columns, const std::vector<std::string>& cells, bool head) {
     Font(kCell, head);
-    std::vector<std::vector<std::string>> cells;
-    std::size_t lines = 1;
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      cells.push_back(Broken(k < row.size() ? row[k] : "", widths[k] - 2 * kCellPad));
-      lines = std::max(lines, cells.back().size());
+    Row row{{}, 1, head};
+    for (std::size_t k = 0; k < columns.widths.size(); ++k) {
+      row.cells.push_back(
+          Broken(k < cells.size() ? cells[k] : "", columns.widths[k] - 2 * kCellPad));
+      row.lines = std::max(row.lines, row.cells.back().size());
     }
-    const double height = double(lines) * kCell * kCellLine + 3;
-    if (y_ + height > kHeight - kBottom && y_ > kTop) return false;
-    if (head) {
+    return row;
+  }
+  static double Height(std::size_t lines) { return double(lines) * kCellPitch + kRowGap; }
+  // Of what stays together.
+  static double LeastHeight(const Row& row) {
+    return Height(row.lines <= kWhole ? row.lines : kTogether);
+  }
+
+  // Over as many pages as it takes, each but the first below the head, if there is one.
+  void AddRow(const Columns& columns, const Row& row, const Row* head) {
+    if (y_ + LeastHeight(row) > kHeight - kBottom) TurnPage(columns, head);
+    for (std::size_t from = 0; from < row.lines;) {
+      const auto fit =
+          static_cast<std::size_t>((kHeight - kBottom - y_ - kRowGap) / kCellPitch + 1e-6);
+      const std::size_t to = std::min(row.lines, from + std::max<std::size_t>(fit, 1));
+      DrawLines(columns, row, from, to);
+      from = to;
+      if (from < row.lines) TurnPage(columns, head);
+    }
+  }
+  void TurnPage(const Columns& columns, const Row* head) {
+    NewPage();
+    if (head && head->lines <= kWhole) DrawLines(columns, *head, 0, head->lines);
+  }
+
+  void DrawLines(const Columns& columns, const Row& row, std::size_t from, std::size_t to) {
+    Font(kCell, row.head);
+    const double height = Height(to - from);
+    if (row.head) {
       cairo_set_source_rgb(context_.get(), 0.93, 0.93, 0.93);
       cairo_rectangle(context_.get(), kLeft, y_, kInner, height);
       cairo_fill(context_.get());
       cairo_set_source_rgb(context_.get(), 0, 0, 0);
     }
     double x = kLeft;
-    for (std::size_t k = 0; k < widths.size(); ++k) {
-      for (std::size_t line = 0; line < cells[k].size(); ++line) {
-        const std::string& text = cells[k][line];
-        Show(numbers[k] ? x + widths[k] - kCellPad - Advance(text) : x + kCellPad,
-             y_ + double(line + 1) * kCell * kCellLine - 1, text);
+    for (std::size_t k = 0; k < columns.widths.size(); ++k) {
+      for (std::size_t line = from; line < std::min(to, row.cells[k].size()); ++line) {
+        const std::string& text = row.cells[k][line];
+        Show(columns.numbers[k] ? x + columns.widths[k] - kCellPad - Advance(text) : x + kCellPad,
+             y_ + double(line - from + 1) * kCellPitch - 1, text);
       }
-      x += widths[k];
+      x += columns.widths[k];
+    }
+    // What goes on from the page before says so where its name stood.
+    if (from > 0 && row.cells[0].size() <= from) {
+      cairo_set_source_rgb(context_.get(), 0.4, 0.4, 0.4);
+      Show(kLeft + kCellPad, y_ + kCellPitch - 1, "(continued)");
     }
     y_ += height;
     cairo_set_source_rgb(context_.get(), 0.6, 0.6, 0.6);
@@ -260,30 +327,32 @@ class CairoPages : public PdfPages {
     cairo_move_to(context_.get(), kLeft, y_);
     cairo_line_to(context_.get(), kLeft + kInner, y_);
     cairo_stroke(context_.get());
-    return true;
   }
 
   std::unique_ptr<cairo_t, CairoDelete> context_;
-  const PdfFacts& facts_;
+  std::vector<std::string> footer_;
   std::string heading_;  // that waits for what follows
   int pages_, page_ = 1;
   double y_ = kTop;
 };
 
-// What is to be drawn, to be laid out more than once.
+// What is to be drawn, to be laid out more than once, in characters that can be seen.
 class RecordedPages : public PdfPages {
  public:
   void Title(const std::string& text) override {
-    parts_.push_back([text](PdfPages& pages) { pages.Title(text); });
+    parts_.push_back([text = core::Visible(text)](PdfPages& pages) { pages.Title(text); });
   }
   void Heading(const std::string& text) override {
-    parts_.push_back([text](PdfPages& pages) { pages.Heading(text); });
+    parts_.push_back([text = core::Visible(text)](PdfPages& pages) { pages.Heading(text); });
   }
   void Paragraph(const std::string& text) override {
-    parts_.push_back([text](PdfPages& pages) { pages.Paragraph(text); });
+    parts_.push_back([text = core::Visible(text)](PdfPages& pages) { pages.Paragraph(text); });
   }
   void Table(const std::vector<std::vector<std::string>>& rows) override {
-    parts_.push_back([rows](PdfPages& pages) { pages.Table(rows); });
+    std::vector<std::vector<std::string>> visible = rows;
+    for (auto& row : visible)
+      for (std::string& cell : row) cell = core::Visible(cell);
+    parts_.push_back([rows = std::move(visible)](PdfPages& pages) { pages.Table(rows); });
   }
   void Plots(const std::vector<std::string>& svgs, double most_height) override {
     parts_.push_back([svgs, most_height](PdfPages& pages) { pages.Plots(svgs, most_height); });
@@ -306,7 +375,7 @@ int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& 
   int count = 0;
   cairo_status_t status = CAIRO_STATUS_SUCCESS;
   {
-    CairoPages on(surface.get(), facts, pages);
+    CairoPages on(surface.get(), facts.footer, pages);
     recorded.DrawOn(on);
     count = on.Finish();
     status = on.status();
@@ -326,9 +395,10 @@ void WritePdf(const std::filesystem::path& path, const PdfFacts& facts,
   core::RequireSpareMemory(core::kTextDrawingBytes);
   RecordedPages recorded;
   draw(recorded);
-  const int pages = DrawTo(nullptr, path, facts, 0, recorded);
+  const PdfFacts visible{core::Visible(facts.title), core::Visible(facts.footer)};
+  const int pages = DrawTo(nullptr, path, visible, 0, recorded);
   core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    DrawTo(temporary.c_str(), path, facts, pages, recorded);
+    DrawTo(temporary.c_str(), path, visible, pages, recorded);
   });
 }
 

@@ -214,10 +214,13 @@ SvgSize SizeOfSvg(const std::string& svg) {
 }
 
 void DrawSvg(cairo_t* context, const std::string& svg, double x, double y, double scale) {
+  const XmlElement root = formats::ParseXml(svg, "plot");
   cairo_save(context);
   cairo_translate(context, x, y);
   cairo_scale(context, scale, scale);
-  Draw(context, formats::ParseXml(svg, "plot"), {});
+  cairo_rectangle(context, 0, 0, Number(root, "width"), Number(root, "height"));
+  cairo_clip(context);  // as browsers do: a name that is too long stays off the plot beside it
+  Draw(context, root, {});
   cairo_restore(context);
 }
 

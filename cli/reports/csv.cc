@@ -1,27 +1,45 @@
 #include "luxfield/cli/reports/csv.h"
 
-namespace luxfield::cli {
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
-std::string Csv(const core::Json& rows) {
-  std::string text;
-  const auto cell = [](const core::Json& value) {
-    return CsvCell(value.is_string() ? value.get<std::string>() : value.dump());
-  };
-  if (rows.empty()) return text;
-  for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
-  for (const auto& row : rows) {
-    std::string line;
-    for (const auto& [key, value] : row.items()) line += (line.empty() ? "" : ",") + cell(value);
-    text += "\n" + line;
-  }
-  return text + "\n";
+#include <string_view>
+#include <vector>
+
+#include "luxfield/core/printable.h"
+
+namespace luxfield::cli {
+namespace {
+
+std::string Quoted(const std::string& field) {
+  if (field.find_first_of(",\"\n") == std::string::npos) return field;
+  std::string quoted = "\"";
+  for (const char c : field) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
-std::string CsvCell(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+}  // namespace
+
+std::string Csv(const core::Json& rows) {
+  if (rows.empty()) return {};
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : rows.front().items()) keys.push_back(key);
+  std::string text = fmt::format("{}\n", fmt::join(keys, ","));
+  for (const auto& row : rows) {
+    std::vector<std::string> fields;
+    for (const auto& [key, value] : row.items())
+      fields.push_back(value.is_string() ? CsvText(value.get<std::string>())
+                                         : Quoted(value.dump()));
+    text += fmt::format("{}\n", fmt::join(fields, ","));
+  }
+  return text;
+}
+
+std::string CsvText(const std::string& text) {
+  constexpr std::string_view kEvaluated = "=+-@\t";
+  const std::string shown = core::Visible(text);
+  const bool evaluated = !shown.empty() && kEvaluated.find(shown[0]) != kEvaluated.npos;
+  return Quoted(evaluated ? "'" + shown : shown);
 }
 
 }  // namespace luxfield::cli

@@ -1,4 +1,4 @@
-// Rows of a bench as comma-separated values.
+// Comma-separated values.
 #pragma once
 
 #include <string>
@@ -7,11 +7,13 @@
 
 namespace luxfield::cli {
 
-// A line of the first row's keys, then a line a row; fields with a comma or a quote are quoted (RFC
-// 4180). Empty without rows. All rows must have the same keys.
+// A line of the first row's keys, then a line a row. Empty without rows. All rows must have the same
+// keys.
 std::string Csv(const core::Json& rows);
 
-// Quoted where it must be.
-std::string CsvCell(const std::string& text);
+// A field that is text and no number: quoted where it must be (RFC 4180), shown as core::Visible does
+// (a lone CR as \x0d), an apostrophe before what spreadsheets would evaluate: text that begins with an
+// equals sign, a plus, a minus, an @ or a tab (OWASP, "CSV Injection").
+std::string CsvText(const std::string& text);
 
 }  // namespace luxfield::cli

@@ -80,11 +80,8 @@ void PrintAngle(const char* name, const std::optional<photometry::BeamAngle>& an
 }
 
 std::string CsvLine(const NumberRow& row) {
-  const std::string cells[] = {row.quantity, row.where, fmt::format("{}", row.value.value),
-                               row.value.u ? fmt::format("{}", *row.value.u) : "", row.unit};
-  std::string line;
-  for (const std::string& cell : cells) line += (line.empty() ? "" : ",") + CsvCell(cell);
-  return line + "\n";
+  return fmt::format("{},{},{},{},{}\n", CsvText(row.quantity), CsvText(row.where), row.value.value,
+                     row.value.u ? fmt::format("{}", *row.value.u) : "", CsvText(row.unit));
 }
 
 // KEY and KEY_u, a list for each C plane.

@@ -75,6 +75,7 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   // Before a watchdog is there: it would take a stopped process for a hang. Plans that only take
   // frames do not pause.
   core::InstallPauseHandler();
+  core::EndInOrderAtTheSecondInterrupt();  // camera and stage are stopped, the journal says why
   const core::Config config = core::Config::FromFile(options.plan);
   std::optional<SessionWindow> window;
   if (options.view && !options.dry_run) window.emplace(options.session);

@@ -131,6 +131,14 @@ TEST(GltfLamp, FallbacksAreTheLampFarAway) {
   EXPECT_GT(Dot(towards, expected), std::cos(0.05));
 }
 
+// The name of a file may hold what turns the direction of writing.
+TEST(GltfLamp, NamesAreShownAndNotObeyed) {
+  const Scratch scratch("gltf_name");
+  const auto file = scratch / "a\u202e\x1b.glb";
+  WriteGltfLamp(file, formats::AsymmetricField(1), "x.lf.exr", SmallFit());
+  EXPECT_EQ(JsonOf(file)["nodes"][0]["name"], "a\\xe2\\x80\\xae\\x1b");
+}
+
 TEST(GltfLamp, RefusesOtherUnits) {
   LightField field = formats::AsymmetricField();
   field.geometry.unit = lightfield::FluxUnit::kWatt;

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -105,6 +106,28 @@ TEST_F(OutputsTest, ARenameThatFailsUndoesThoseBeforeIt) {
     EXPECT_EQ(fs::is_fifo(folder_ / "taken"), pipe);
   }
   EXPECT_THAT(Files(), ElementsAre("old.txt", "taken"));
+  EXPECT_EQ(ReadFile(folder_ / "old.txt"), "old");
+}
+
+// Without descriptors the folder cannot be opened: whether the files would outlive a power failure is
+// not known.
+TEST_F(OutputsTest, AFolderThatCannotBeSyncedUndoesTheRenames) {
+  Write("old.txt", "old");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  {
+    Outputs outputs;
+    Write("old.txt", "new");
+    Write("fresh.txt", "new");
+    SetStorageHookForTest([&](std::string_view step) {
+      const rlimit none{0, before.rlim_max};
+      if (step == "renamed") ::setrlimit(RLIMIT_NOFILE, &none);
+    });
+    EXPECT_THROW(outputs.PutInPlace(), DeviceError);
+    SetStorageHookForTest({});
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  }
+  EXPECT_THAT(Files(), ElementsAre("old.txt"));
   EXPECT_EQ(ReadFile(folder_ / "old.txt"), "old");
 }
 

@@ -24,6 +24,11 @@ TEST(Visible, KeepsTextOfAnyLanguageAndShowsWhatATerminalObeys) {
   EXPECT_EQ(Visible("a\xe2\x80\xae"  // U+202E, right to left
                     "b"),
             "a\\xe2\\x80\\xaeb");
+  for (const char* mark : {"\u061c", "\u200e", "\u200f", "\u202a", "\u2066", "\u2069"})
+    EXPECT_NE(Visible(mark), mark);
+  for (const char* none :
+       {"\u061b", "\u061d", "\u200d", "\u2010", "\u2029", "\u202f", "\u2065", "\u206a"})
+    EXPECT_EQ(Visible(none), none);
   // No UTF-8: a byte of its own, an overlong '/', a surrogate, beyond U+10FFFF, cut off.
   EXPECT_EQ(Visible("\xff"), "\\xff");
   EXPECT_EQ(Visible("\xc0\xaf"), "\\xc0\\xaf");

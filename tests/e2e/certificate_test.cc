@@ -1,11 +1,14 @@
 // Certificates as `luxfield photometry` writes them, and what they say of the measurement's quality.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 
 #include "luxfield/lightfield/posed_light_field.h"
+#include "tests/e2e/pdf_text.h"
 #include "tests/e2e/photometry_verb.h"
 
 namespace luxfield::e2e {
@@ -57,6 +60,27 @@ TEST_F(Certificate, CertificatesSayWhatIsStatedAndWhatIsNot) {
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_THAT(refused.err, testing::HasSubstr(said));
   }
+}
+
+// A condition that is longer than a page, and a name that is wider than its column.
+TEST_F(Certificate, LongTextsAreThereWhole) {
+  if (!HasPdfReader()) GTEST_SKIP() << "pdftotext (poppler-utils) is missing";
+  std::string condition, sentences, name;
+  for (int k = 0; k < 320; ++k) sentences += fmt::format("Sentence{:03}.", k);
+  for (int k = 0; k < 320; ++k) condition += fmt::format("Sentence {:03}. ", k);
+  for (int k = 0; k < 70; ++k) name += fmt::format("p{:03}.", k);
+  WriteText(folder_ / "ask.toml", "[certificate]\ncondition = \"" + condition +
+                                      "\"\n[[point]]\nname = \"" + name +
+                                      "\"\nposition_m = [0.1, 0, 2]\n");
+  Ask(HillLamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
+  // A page ends within the row.
+  const std::string text = std::regex_replace(
+      LettersOf(folder_ / "x.pdf"),
+      std::regex("page[0-9]+of[0-9]+Certificate[^;]*;lightfieldSHA-256[0-9a-f]*\\."
+                 "|statedbythelaboratory|\\(continued\\)"),
+      "");
+  EXPECT_THAT(text, testing::HasSubstr(sentences));
+  EXPECT_THAT(text, testing::HasSubstr(name));
 }
 
 TEST_F(Certificate, QualityFollowsFromFiles) {

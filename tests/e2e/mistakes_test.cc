@@ -66,7 +66,7 @@ std::vector<std::string> Cells(const std::string& line) {
 std::vector<std::string> Words(const std::string& command) {
   std::istringstream stream(command);
   std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
+  for (std::string word; stream >> word;) words.push_back(word == "\"\"" ? "" : word);
   return words;
 }
 

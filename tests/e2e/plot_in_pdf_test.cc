@@ -1,5 +1,6 @@
 // Every plot that reports draw can be drawn on the pages of a certificate; pages are numbered.
 #include <cairo-pdf.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,6 +20,7 @@
 #include "luxfield/cli/svg/svg_plot.h"
 #include "luxfield/cli/svg/svg_polar.h"
 #include "luxfield/cli/svg/svg_solid.h"
+#include "tests/e2e/pdf_text.h"
 
 namespace luxfield::cli {
 namespace {
@@ -52,13 +54,15 @@ std::vector<std::string> Plots() {
       SvgSolid({"dark", "cd", {0, 180}, {0, 90}, {0, 0, 0, 0}})};
 }
 
-// The share of a picture's pixels that is not white, drawn at its own size.
-double Ink(const std::string& svg) {
+// The share of a picture's pixels that is not white, drawn from `left` on.
+double Ink(const std::string& svg, double left = 0) {
   const SvgSize size = SizeOfSvg(svg);
   const int width = static_cast<int>(size.width), height = static_cast<int>(size.height);
   cairo_surface_t* surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
   cairo_t* context = cairo_create(surface);
-  DrawSvg(context, svg, 0, 0, 1);
+  cairo_set_source_rgb(context, 1, 1, 1);
+  cairo_paint(context);
+  DrawSvg(context, svg, left, 0, 1);
   cairo_surface_flush(surface);
   const unsigned char* data = cairo_image_surface_get_data(surface);
   const int stride = cairo_image_surface_get_stride(surface);
@@ -78,6 +82,15 @@ TEST(PlotsOnCairo, AreDrawnAllOfThem) {
     EXPECT_GT(Ink(svg), 0.001) << svg.substr(0, 200);
     EXPECT_LT(Ink(svg), 0.9) << svg.substr(0, 200);
   }
+}
+
+// Drawn left of the picture, none of the text that is longer than its plot is seen.
+TEST(PlotsOnCairo, AreCutAtTheirEdges) {
+  const std::string svg =
+      "<svg width=\"60\" height=\"30\"><text x=\"1\" y=\"20\" font-size=\"20\">" +
+      std::string(50, 'W') + "</text></svg>";
+  EXPECT_GT(Ink(svg), 0.1);
+  EXPECT_EQ(Ink(svg, -60), 0);
 }
 
 TEST(PlotsOnCairo, WhatIsNotKnownIsRefused) {
@@ -141,6 +154,126 @@ TEST(Pdf, TablesKeepLinesThatFitWhole) {
     rows.push_back(
         {"a name that is longer than half of the page is wide, by some words at least", "1"});
   EXPECT_EQ(CountOfPages([&](PdfPages& pages) { pages.Table(rows); }), "1");
+}
+
+constexpr char kFooter[] = "FOOTER";
+
+// The letters of a document without what is of its pages: footers, heads of tables that are repeated,
+// and the word that says so. None of it may hold the letters themselves.
+std::string LettersDrawn(const std::function<void(PdfPages&)>& draw, const std::string& head = "") {
+  const auto file = std::filesystem::path(testing::TempDir()) / "letters.pdf";
+  WritePdf(file, {"title", kFooter}, draw);
+  const std::string text = e2e::LettersOf(file);
+  std::filesystem::remove(file);
+  const std::string of_pages = std::string("page[0-9]+of[0-9]+") + kFooter + "|\\(continued\\)";
+  return std::regex_replace(text, std::regex(head.empty() ? of_pages : of_pages + "|" + head), "");
+}
+
+// Numbers that tell every part of the text from every other: words of `letters`, ten bytes and more each.
+std::string Numbered(std::size_t bytes, const char* between) {
+  std::string text;
+  for (int k = 0; text.size() < bytes; ++k) text += fmt::format("{:09}{}", k, between);
+  return text;
+}
+
+std::string WithoutSpaces(std::string text) {
+  std::erase(text, ' ');
+  return text;
+}
+
+class PdfText : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!e2e::HasPdfReader()) GTEST_SKIP() << "pdftotext (poppler-utils) is missing";
+  }
+};
+
+// A page holds some 5400 letters of such a row.
+TEST_F(PdfText, RowsOfTablesBreakOverPagesAndLoseNothing) {
+  for (const std::size_t bytes : {5400u, 6000u, 100000u}) {
+    const std::string text = Numbered(bytes, " ");
+    EXPECT_EQ(LettersDrawn(
+                  [&](PdfPages& pages) {
+                    pages.Title("title");
+                    pages.Table({{"HEAD", "VALUE"}, {"before", "1"}, {"of", text}, {"after", "2"}});
+                  },
+                  "HEADVALUE"),
+              "titlebefore1of" + WithoutSpaces(text) + "after2")
+        << bytes;
+  }
+}
+
+TEST_F(PdfText, LongWordsAreBrokenWithinAndLoseNothing) {
+  for (const std::size_t bytes : {350u, 10000u, 100000u}) {
+    const std::string word = Numbered(bytes, "");
+    EXPECT_EQ(LettersDrawn(
+                  [&](PdfPages& pages) {
+                    pages.Title(word);
+                    pages.Table({{"HEAD", "VALUE"}, {"1", word}});
+                    pages.Heading(word);
+                    pages.Paragraph(word);
+                  },
+                  "HEADVALUE"),
+              word + "1" + word + word + word)
+        << bytes;
+  }
+}
+
+// Beside a word that takes the page's width, and in heads, which are of several pages then.
+TEST_F(PdfText, LongWordsLeaveOtherColumnsTheirWidth) {
+  const std::string word = Numbered(10000, "");
+  EXPECT_EQ(CountOfPages([&](PdfPages& pages) {
+              std::vector<std::vector<std::string>> rows{{"quantity", word, "value", "unit"}};
+              for (int k = 0; k < 10; ++k) rows.push_back({"largest intensity", "c", "1.5", "cd"});
+              pages.Table(rows);
+            }),
+            CountOfPages([&](PdfPages& pages) {
+              pages.Table({{"quantity", word, "value", "unit"}, {"", "", "1", ""}});
+            }));
+  EXPECT_EQ(LettersDrawn([&](PdfPages& pages) {
+              pages.Table({{"HEAD", word, word}, {word, "b", word}, {"1", "2", "3"}});
+            }).size(),
+            4 * word.size() + 4 + 1 + 3);
+}
+
+// Two, three and four bytes a character, and marks on letters: no character is cut in half, and no
+// mark stands without its letter where a line begins.
+TEST_F(PdfText, CharactersOfManyBytesStayWhole) {
+  for (const std::string one :
+       {"\u00dfz\u03a9", "\u20acx", "\U0001d400y", "e\u0301o\u0308\u0304"}) {
+    std::string word;
+    while (word.size() < 20000) word += one;
+    EXPECT_EQ(LettersDrawn(
+                  [&](PdfPages& pages) {
+                    pages.Table({{"1", "2"}, {"a", word}});
+                  },
+                  "12"),
+              "a" + word);
+  }
+}
+
+TEST_F(PdfText, FootersStayOnTheirPages) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "footer.pdf";
+  WritePdf(file, {"title", "laboratory " + Numbered(5000, " ")},
+           [](PdfPages& pages) { pages.Paragraph("text"); });
+  const std::string text = e2e::LettersOf(file);
+  EXPECT_THAT(text, testing::StartsWith("textpage1of1laboratory000000000000000001"));
+  EXPECT_THAT(text, testing::EndsWith("..."));
+  EXPECT_LT(text.size(), 1000u);
+  std::filesystem::remove(file);
+}
+
+// Text that no font can show, of files and devices, names itself in place of stopping the writer.
+TEST_F(PdfText, ControlCharactersAndOtherBytesAreNamed) {
+  EXPECT_EQ(LettersDrawn([](PdfPages& pages) {
+              pages.Title(
+                  "a\x1b"
+                  "b");
+              pages.Table({{std::string("c\0d", 3), "\xff"}, {"e\xe2\x80\xae", "f\r"}});
+              pages.Heading("g\x07");
+              pages.Paragraph("h\x9b");
+            }),
+            "a\\x1bbc\\x00d\\xffe\\xe2\\x80\\xaef\\x0dg\\x07h\\x9b");
 }
 
 // Letters of 11 pixels are some 6.6 wide and 11 high. Limits of one point have one name.

@@ -203,7 +203,7 @@ TEST(Xml, HostileDocumentsAreRefused) {
             "x  y");
   const std::string utf16("\xFF\xFE<\0a\0>\0\xE4\0\x3D\xD8\0\xDE<\0/\0a\0>\0", 22);
   EXPECT_EQ(ParseXml(utf16, "x").text, "\xC3\xA4\xF0\x9F\x98\x80");
-  EXPECT_EQ(XmlEscaped("<&>\x01"), "&lt;&amp;&gt;?");
+  EXPECT_EQ(XmlEscaped("<&>\x01"), "&lt;&amp;&gt;\\x01");
 }
 
 }  // namespace

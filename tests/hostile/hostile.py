@@ -92,10 +92,8 @@ def complaints(case, folder, answer, before):
         if path.name not in before and path.name != ".":
             wrong.append(f"left {path.relative_to(folder)}")
     errors = (folder / "err").read_bytes() if (folder / "err").is_file() else b""
-    # Whole files, of which only what was printed is lost, or whether they outlive a power failure.
-    whole = exit_code == 3 and (
-        case.streams["stdout"] != "out" or b"cannot sync folder" in errors or "fsize" in case.limits
-    )
+    # Whole files, of which only what was printed is lost.
+    whole = exit_code == 3 and (case.streams["stdout"] != "out" or "fsize" in case.limits)
     for name in case.template.outputs.split():
         if (
             name in case.words

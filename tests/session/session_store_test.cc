@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -256,6 +257,41 @@ TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
   ASSERT_NE(listed, manifest.files.end());
   EXPECT_EQ(listed->sha256, record.sha256);
   EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("SHA-256")));
+}
+
+// Of root, who may read everything, for as long as it lives.
+class AsNobody {
+ public:
+  explicit AsNobody(const fs::path& folder) {
+    if (!root_) return;
+    constexpr uid_t kNobody = 65534;
+    fs::permissions(testing::TempDir(), fs::perms::group_exec | fs::perms::others_exec,
+                    fs::perm_options::add);
+    std::vector<fs::path> all{folder};
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) all.push_back(entry.path());
+    for (const auto& path : all) EXPECT_EQ(::chown(path.c_str(), kNobody, kNobody), 0);
+    EXPECT_EQ(::seteuid(kNobody), 0);
+  }
+  ~AsNobody() { EXPECT_TRUE(!root_ || ::seteuid(0) == 0); }
+  AsNobody(const AsNobody&) = delete;
+  AsNobody& operator=(const AsNobody&) = delete;
+
+ private:
+  const bool root_ = ::geteuid() == 0;
+};
+
+TEST(SessionStore, AFolderThatCannotBeReadIsNamed) {
+  const auto folder = WholeSession("unreadable"), targets = folder / "targets";
+  fs::create_directory(targets);
+  fs::permissions(targets, fs::perms::none);
+  SessionCheck check;
+  {
+    const AsNobody nobody(folder);
+    EXPECT_NO_THROW(check = VerifySession(folder));
+  }
+  fs::permissions(targets, fs::perms::owner_all);
+  EXPECT_THAT(check.problems,
+              testing::ElementsAre(HasSubstr(targets.string() + ": cannot be read (")));
 }
 
 TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <future>
 #include <map>
 
 #include "luxfield/core/file.h"
@@ -61,6 +62,26 @@ TEST(CaptureView, AWindowOpensAndTheFramesAreTheSame) {
       e2e::RunProgram({"xdotool", "search", "--name", "luxfield none"}, folder / "hand").exit_code,
       0);
   EXPECT_EQ(e2e::RunProgram({"xdotool", "windowkill", window}, folder / "hand").exit_code, 0);
+  fs::remove_all(folder);
+}
+
+// As when the X server ends. The library for windows ends the program then.
+TEST(CaptureView, ALostDisplayIsSaid) {
+  const auto display = VirtualDisplay::Start();
+  const fs::path folder = e2e::FreshFolder("view_lost");
+  if (!display || e2e::RunProgram({"xdotool", "version"}, folder).exit_code != 0)
+    GTEST_SKIP() << "SKIPPED: Xvfb or xdotool is missing: no lost display is tested";
+  fs::create_directories(folder / "hand");
+  auto viewing = std::async(std::launch::async, [&] {
+    return e2e::RunLuxfield({"view", "lost", "--wait", "--size", "300x200"}, folder);
+  });
+  const Outcome found = e2e::RunProgram(
+      {"xdotool", "search", "--sync", "--onlyvisible", "--name", "luxfield lost"}, folder / "hand");
+  const std::string window = found.out.substr(0, found.out.find('\n'));
+  EXPECT_EQ(e2e::RunProgram({"xdotool", "windowkill", window}, folder / "hand").exit_code, 0);
+  const Outcome lost = viewing.get();
+  EXPECT_EQ(lost.exit_code, 3);
+  EXPECT_THAT(lost.err, HasSubstr("if the display went away, start it again where one is"));
   fs::remove_all(folder);
 }
 

@@ -75,6 +75,16 @@ const Sample& OneChannel() {
   return sample;
 }
 
+// Titles and names of files may hold what turns the direction of writing.
+TEST(LampPage, NamesAreShownAndNotObeyed) {
+  const std::string page =
+      LampPage(SmallLamp(1), OneChannel().fitted, {"a\u202eb\x1b", "c\u2066\xff.lf.exr", ""});
+  EXPECT_NE(page.find("<title>a\\xe2\\x80\\xaeb\\x1b</title>"), page.npos);
+  EXPECT_NE(page.find(" of c\\xe2\\x81\\xa6\\xff.lf.exr"), page.npos);
+  EXPECT_EQ(page.find("\u202e"), page.npos);
+  EXPECT_EQ(page.find("\u2066"), page.npos);
+}
+
 TEST(LampPage, IsOneFileThatAsksForNothing) {
   const Sample& sample = OneChannel();
   EXPECT_LT(sample.text.size(), 40000 * 4 / 3 + 100000);
