@@ -36,9 +36,11 @@ std::optional<std::uint64_t> MemoryLeft(const std::string& memory) {
 void RequireMemory(const std::string& file, const std::string& what, std::uint64_t left,
                    std::uint64_t needed) {
   if (needed <= left) return;
-  throw InputError(
-      file, fmt::format("{} take {} MiB, and --memory leaves {}", what, needed >> 20, left >> 20),
-      fmt::format("give it {} MiB more", ((needed - left) >> 20) + 1));
+  constexpr std::uint64_t kMib = 1 << 20;
+  throw InputError(file,
+                   fmt::format("{} take {} MiB, and --memory leaves {}", what,
+                               (needed + kMib - 1) / kMib, left / kMib),
+                   fmt::format("give it {} MiB more", (needed - left) / kMib + 1));
 }
 
 }  // namespace luxfield::cli

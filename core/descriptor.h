@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "luxfield/core/error.h"
 
@@ -35,6 +36,17 @@ class Descriptor {
 [[noreturn]] inline void FailWriting(const std::filesystem::path& path, const char* what) {
   throw DeviceError(fmt::format("{}: cannot {}: {}; free space or choose another folder",
                                 path.string(), what, std::strerror(errno)));
+}
+
+inline void WriteAll(int fd, std::string_view bytes, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      FailWriting(path, "write");
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
 }
 
 inline std::filesystem::path FolderOf(const std::filesystem::path& path) {

@@ -16,12 +16,15 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 
+#include "luxfield/core/descriptor.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr_bytes.h"
 #include "luxfield/core/exr_chunks.h"
 #include "luxfield/core/exr_precheck.h"
 #include "luxfield/core/file.h"
@@ -128,17 +131,23 @@ std::vector<Imf::Header> MakeHeaders(std::span<const ExrPartView> parts,
   return headers;
 }
 
-// `write` is handed a file that has its headers.
+// Into `file`, of which messages say `path`; `write` is handed it with its headers.
+void WriteZipInto(const std::filesystem::path& file, const std::filesystem::path& path,
+                  std::span<const ExrPartView> parts,
+                  const std::function<void(ExrZipWriter&)>& write) {
+  const std::vector<Imf::Header> headers = MakeHeaders(parts, ExrCompression::kZip);
+  OrDeviceError(path, [&] {
+    const Imf::MultiPartOutputFile output(file.c_str(), headers.data(),
+                                          static_cast<int>(headers.size()), false, Threads());
+  });
+  ExrZipWriter zip(path, file, parts);
+  write(zip);
+}
+
 void WriteZip(const std::filesystem::path& path, std::span<const ExrPartView> parts,
               const std::function<void(ExrZipWriter&)>& write) {
-  const std::vector<Imf::Header> headers = MakeHeaders(parts, ExrCompression::kZip);
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    OrDeviceError(path, [&] {
-      const Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(),
-                                          static_cast<int>(headers.size()), false, Threads());
-    });
-    ExrZipWriter zip(path, temporary, parts);
-    write(zip);
+    WriteZipInto(temporary, path, parts, write);
   });
 }
 
@@ -386,8 +395,9 @@ Image ReadExrImage(const std::filesystem::path& path) {
   return image;
 }
 
-void WriteExrImage(const std::filesystem::path& path, const Image& image,
-                   const ExrAttributes& attributes) {
+namespace {
+
+ExrPartView PartOf(const Image& image, const ExrAttributes& attributes) {
   ExrPartView part{"", image.width, image.height, {}, attributes};
   if (image.channels == 1) {
     part.channels.push_back({"Y", image.plane(0)});
@@ -396,7 +406,28 @@ void WriteExrImage(const std::filesystem::path& path, const Image& image,
     for (int channel = 0; channel < 3; ++channel)
       part.channels.push_back({names[channel], image.plane(channel)});
   }
+  return part;
+}
+
+}  // namespace
+
+void WriteExrImage(const std::filesystem::path& path, const Image& image,
+                   const ExrAttributes& attributes) {
+  const ExrPartView part = PartOf(image, attributes);
   WriteExr(path, std::span(&part, 1));
+}
+
+std::string ExrImageBytes(const Image& image, const std::string& name) {
+  const Descriptor memory(::memfd_create("luxfield", MFD_CLOEXEC));
+  if (memory.get() < 0) FailWriting(name, "create");
+  const ExrPartView part = PartOf(image, {});
+  const std::string file = fmt::format("/proc/self/fd/{}", memory.get());
+  WriteZipInto(file, name, std::span(&part, 1), [&](ExrZipWriter& zip) {
+    std::vector<ExrPixels> pixels;
+    for (const auto& channel : part.channels) pixels.push_back(channel.pixels);
+    zip.Add(part, pixels);
+  });
+  return ReadFile(file);
 }
 
 }  // namespace luxfield::core

@@ -17,17 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WriteAll(int fd, std::string_view bytes, const fs::path& path) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0) {
-      if (errno == EINTR) continue;
-      FailWriting(path, "write");
-    }
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
 // Unique within the folder for this process; keeps the extension, since image writers go by it.
 fs::path TemporaryBeside(const fs::path& path) {
   static std::atomic<unsigned> counter{0};

@@ -23,19 +23,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Empty if the session's file is there with this hash, else what is wrong.
-std::string FileProblem(const fs::path& folder, const std::string& name,
-                        const std::string& sha256) {
-  fs::path path;
-  try {
-    path = SessionFile(folder, name, folder.string());
-  } catch (const InputError& error) {
-    return error.what();
-  }
+// What is wrong with a session's file; empty: nothing.
+struct FileProblem {
+  std::string what;
+  bool leads_out = false;  // of the folder, as links may: salvage does not help
+};
+
+// Of the file with this hash. Throws InputError where its name may lead out of the folder.
+std::string ContentProblem(const fs::path& folder, const std::string& name,
+                           const std::string& sha256) {
+  const fs::path path = SessionFile(folder, name, folder.string());
   if (!fs::is_regular_file(path)) return fmt::format("{}: is missing", path.string());
   if (core::Sha256OfFile(path) != sha256)
     return fmt::format("{}: differs from what was committed (SHA-256)", path.string());
   return {};
+}
+
+FileProblem ProblemOf(const fs::path& folder, const std::string& name, const std::string& sha256) {
+  try {
+    return {ContentProblem(folder, name, sha256)};
+  } catch (const InputError& error) {
+    return {error.what(), true};
+  }
 }
 
 // A file's name and the SHA-256 that it was committed with.
@@ -49,7 +58,7 @@ std::vector<CommittedFile> DescribingFiles(const SessionState& state) {
   return files;
 }
 
-// FileProblem of the session's files, each of which is read once.
+// Problems of the session's files, each of which is read once.
 class FileProblems {
  public:
   explicit FileProblems(const fs::path& folder) : folder_(folder) {}
@@ -61,45 +70,59 @@ class FileProblems {
       if (const auto [place, is_new] = problems_.try_emplace(file); is_new) found.push_back(place);
     core::ParallelFor(found.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n)
-        found[n]->second = FileProblem(folder_, found[n]->first.first, found[n]->first.second);
+        found[n]->second = ProblemOf(folder_, found[n]->first.first, found[n]->first.second);
     });
   }
 
-  const std::string& Of(const CommittedFile& file) const { return problems_.at(file); }
+  // Adds what is wrong with a file to the check. Whether something is.
+  bool Add(const CommittedFile& file, SessionCheck& check) const {
+    const FileProblem& problem = problems_.at(file);
+    if (problem.what.empty()) return false;
+    check.problems.push_back(problem.what);
+    check.leads_out |= problem.leads_out;
+    return true;
+  }
 
  private:
   const fs::path& folder_;
-  std::map<CommittedFile, std::string> problems_;
+  std::map<CommittedFile, FileProblem> problems_;
 };
 
-void CheckManifest(const fs::path& folder, const JournalContent& journal, FileProblems& files,
+// `committed`: what the journal vouches for.
+void CheckManifest(const fs::path& folder, const JournalContent& journal,
+                   const std::vector<CommittedFile>& committed, FileProblems& files,
                    SessionCheck& check) {
   const auto path = folder / "manifest.json";
+  const auto damaged = [&](const std::string& file, const std::string& problem) {
+    check.damaged = true;
+    check.problems.push_back(fmt::format("{}: {}", file, problem));
+  };
   try {
     const std::string text = core::ReadFile(path);
     const Manifest manifest = ParseManifest(text, path.string());
-    if (text != FormatManifest(manifest)) {
-      check.damaged = true;
-      check.problems.push_back(fmt::format("{}: is not as the program writes it", path.string()));
-    }
-    if (manifest.journal_head != journal.head) {
-      check.damaged = true;
-      check.problems.push_back(
-          fmt::format("{}: journal_head is not the journal's last line", path.string()));
-    }
-    std::vector<CommittedFile> committed;
-    for (const ManifestFile& file : manifest.files) committed.emplace_back(file.name, file.sha256);
-    files.Find(committed);
+    if (text != FormatManifest(manifest)) damaged(path.string(), "is not as the program writes it");
+    if (manifest.journal_head != journal.head)
+      damaged(path.string(), "journal_head is not the journal's last line");
+    std::vector<CommittedFile> listed_files;
+    for (const ManifestFile& file : manifest.files)
+      listed_files.emplace_back(file.name, file.sha256);
+    files.Find(listed_files);
+    const std::map<std::string, std::string> vouched(committed.begin(), committed.end());
     std::set<std::string> listed;
     for (const ManifestFile& file : manifest.files) {
       listed.insert(file.name);
-      const auto& problem = files.Of({file.name, file.sha256});
-      if (!problem.empty())
-        check.problems.push_back(problem);
-      else if (fs::file_size(folder / file.name) != file.bytes)
-        check.problems.push_back(
-            fmt::format("{}: {} is listed with {} bytes", path.string(), file.name, file.bytes));
+      const auto own = vouched.find(file.name);
+      if (own != vouched.end() && own->second != file.sha256)
+        damaged(path.string(),
+                fmt::format("{} is listed with another SHA-256 than the journal's", file.name));
+      else if (!files.Add({file.name, file.sha256}, check) &&
+               fs::file_size(folder / file.name) != file.bytes)
+        damaged(path.string(), fmt::format("{} is listed with {} bytes", file.name, file.bytes));
     }
+    for (const CommittedFile& file : committed)
+      if (!listed.contains(file.first))
+        damaged(path.string(), fmt::format("{} is not listed", file.first));
+    for (const CommittedFile& file : committed) listed.insert(file.first);
     std::error_code unreadable;
     fs::path last = folder;
     for (fs::recursive_directory_iterator entry(folder, unreadable), end;
@@ -130,6 +153,12 @@ SessionCheck VerifySession(const fs::path& folder) {
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "name a folder that `luxfield capture` made");
   SessionCheck check;
+  for (const char* name : {"journal.jsonl", "manifest.json"}) try {
+      SessionFile(folder, name, folder.string());
+    } catch (const InputError& error) {
+      check.leads_out = true;
+      check.problems.push_back(error.what());
+    }
   JournalContent journal;
   SessionState state;
   const auto manifest_exists = [&] { return fs::exists(folder / "manifest.json"); };
@@ -148,31 +177,31 @@ SessionCheck VerifySession(const fs::path& folder) {
   }
   const bool being_sealed = state.sealed && !has_manifest && FolderInUse(folder);
   check.sealed = state.sealed && has_manifest;
+  check.lines = static_cast<int>(journal.records.size());
   if (journal.records.empty())
     check.problems.push_back(fmt::format("{}: holds no complete line", path.string()));
   else if (journal.torn)
     check.problems.push_back(fmt::format("{}: line {} is unfinished; --resume drops it",
                                          path.string(), journal.records.size() + 1));
-  else if (state.sealed != has_manifest && !being_sealed)
+  else if (state.sealed != has_manifest && !being_sealed) {
+    check.damaged = has_manifest;
     check.problems.push_back(
         fmt::format("{}: {}", folder.string(),
                     has_manifest ? "has a manifest although the journal is not sealed"
                                  : "was sealed but manifest.json is missing; --resume writes it"));
+  }
   const auto describing = DescribingFiles(state);
   auto committed = describing;
   for (const FrameRecord& record : state.committed)
     committed.emplace_back(record.file, record.sha256);
   FileProblems files(folder);
   files.Find(committed);
-  for (const CommittedFile& file : describing)
-    if (const auto& problem = files.Of(file); !problem.empty()) check.problems.push_back(problem);
+  for (const CommittedFile& file : describing) files.Add(file, check);
   SessionState intact = state;
   intact.committed.clear();
   for (const FrameRecord& record : state.committed) {
-    const auto& problem = files.Of({record.file, record.sha256});
-    if (!problem.empty()) {
+    if (files.Add({record.file, record.sha256}, check)) {
       check.damaged = true;
-      check.problems.push_back(problem);
       continue;
     }
     ++check.frames;
@@ -182,7 +211,7 @@ SessionCheck VerifySession(const fs::path& folder) {
   for (const FrameRecord& record : intact.UsableFrames())
     if (record.kind == FrameKind::kPosition) whole.insert({record.i, record.j});
   check.positions = static_cast<int>(whole.size());
-  if (has_manifest) CheckManifest(folder, journal, files, check);
+  if (has_manifest) CheckManifest(folder, journal, committed, files, check);
   return check;
 }
 
@@ -192,8 +221,14 @@ SalvageResult SalvageSession(const fs::path& folder) {
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "name a folder that `luxfield capture` made");
   const FolderLock lock(folder);  // before the journal is read: no other process adds to it now
-  const std::string bytes = core::ReadFile(path);
   SalvageResult result;
+  if (const SessionCheck check = VerifySession(folder); !check.damaged) {
+    result.lines_kept = check.lines;
+    result.frames_kept = check.frames;
+    return result;
+  }
+  const std::string bytes = core::ReadFile(path);
+  const fs::path manifest = SessionFile(folder, "manifest.json", folder.string());
   std::vector<core::Json> kept;
   SessionState read;  // what the lines say that can be read
   std::set<std::uint64_t> seen;
@@ -219,7 +254,7 @@ SalvageResult SalvageSession(const fs::path& folder) {
     }
     if (type == "frame") {
       const FrameRecord& frame = read.committed.back();
-      if (!FileProblem(folder, frame.file, frame.sha256).empty()) {
+      if (!ContentProblem(folder, frame.file, frame.sha256).empty()) {
         ++result.frames_lost;
         continue;
       }
@@ -233,7 +268,7 @@ SalvageResult SalvageSession(const fs::path& folder) {
                      "capture the session anew");
   const SessionState state = ReplayJournal(kept, path.string());
   for (const auto& [name, sha256] : DescribingFiles(state))
-    if (const auto problem = FileProblem(folder, name, sha256); !problem.empty())
+    if (const auto problem = ContentProblem(folder, name, sha256); !problem.empty())
       throw InputError(problem + "; restore it from a copy, nothing can be salvaged without it");
 
   std::string journal, prev(64, '0');
@@ -249,7 +284,7 @@ SalvageResult SalvageSession(const fs::path& folder) {
   for (int n = 1; result.old_journal.empty() || fs::exists(result.old_journal); ++n)
     result.old_journal = folder / fmt::format("journal.damaged-{}.jsonl", n);
   core::WriteFileAtomically(result.old_journal, bytes, core::Access::kPrivate);
-  core::RemoveFile(SessionFile(folder, "manifest.json", folder.string()));
+  core::RemoveFile(manifest);
   core::WriteFileAtomically(path, journal, core::Access::kPrivate);
   return result;
 }

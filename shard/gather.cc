@@ -26,10 +26,20 @@ constexpr std::size_t kMostNamed = 20;
                   folder.string(), missing.front()));
 }
 
+// job.json does not vouch for its own length.
+void RequireWhole(const std::filesystem::path& folder, const Job& job, const Task& task) {
+  if (const int length = task.Length(); length != job.length)
+    throw InputError(
+        (folder / "job.json").string(),
+        fmt::format("length = {} where the input has {} {}", job.length, length, task.Axis()),
+        "plan the job anew in another folder");
+}
+
 }  // namespace
 
 Gathered Gather(const std::filesystem::path& folder, const Job& job, const Task& task) {
   RequireInputs(job);
+  RequireWhole(folder, job, task);
   Gathered result;
   std::vector<int> missing;
   std::vector<Piece> pieces;
@@ -49,7 +59,8 @@ Gathered Gather(const std::filesystem::path& folder, const Job& job, const Task&
   core::Progress progress("check", manifests.size());
   for (std::size_t n = 0; n < manifests.size(); ++n) {
     core::ThrowIfInterrupted();
-    if (const std::string wrong = WhatIsWrong(folder, manifests[n], Depth::kHashes); !wrong.empty())
+    if (const std::string wrong = WhatIsWrong(folder, job, job.shards[n], manifests[n], &task);
+        !wrong.empty())
       throw InputError(fmt::format("{}; do the shard again with `luxfield shard run {} {}`", wrong,
                                    folder.string(), n));
     progress.Advance();

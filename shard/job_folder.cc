@@ -1,16 +1,14 @@
 #include "luxfield/shard/job_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
-#include <csignal>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/shard/piece_label.h"
 #include "luxfield/version.h"
 
 namespace luxfield::shard {
@@ -51,23 +49,72 @@ core::Json ToJson(const Job& job) {
       {"shards", shards},  {"luxfield", LUXFIELD_VERSION}};
 }
 
-// What decides the content of a shard's files.
-std::string NameOf(const Job& job, int number, int first, int last) {
-  core::Json content{{"verb", job.verb}, {"words", job.words}, {"whole", job.whole},
-                     {"first", first},   {"last", last},       {"luxfield", LUXFIELD_VERSION}};
-  return fmt::format("{:04}-{}", number, core::Sha256(content.dump()).substr(0, 16));
+// What a manifest says of its shard: more is a mistake.
+constexpr core::Range kSeconds{0, 1e9}, kMebibytes{0, 1e9};
+
+void RequireUtf8(const std::string& text) {
+  if (core::Json::parse(TextOf(text)) != text)
+    throw InputError(text, "is no UTF-8, in which job.json is written",
+                     "rename the file or folder");
+}
+
+constexpr char kPlanAnew[] = "plan the job anew in another folder";
+
+// That the shards are the whole axis, each behind the one before it.
+void RequireTiling(const Job& job, const std::string& file) {
+  int end = 0;
+  for (std::size_t n = 0; n < job.shards.size(); ++n) {
+    const PlannedShard& shard = job.shards[n];
+    if (shard.first != end || shard.last <= end)
+      throw InputError(file,
+                       fmt::format("shard {} has first = {}, last = {} where {} {} comes next", n,
+                                   shard.first, shard.last, job.axis, end),
+                       kPlanAnew);
+    end = shard.last;
+  }
+  if (end == 0) throw InputError(file, "shards names none", kPlanAnew);
+  if (end != job.length)
+    throw InputError(
+        file, fmt::format("length = {} where its shards have {} {}", job.length, end, job.axis),
+        kPlanAnew);
+}
+
+// That the inputs are those which the shards are named after.
+void RequireHashes(const Job& job, const std::string& file) {
+  std::vector<std::string> hashes;
+  for (const PlannedInput& input : job.inputs) hashes.push_back(input.sha256);
+  if (Field<std::vector<std::string>>(job.whole, "inputs_sha256", file) != hashes)
+    throw InputError(file, "inputs are not those of whole.inputs_sha256", kPlanAnew);
+}
+
+// "a, b".
+std::string Listed(const std::vector<std::string>& names) {
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
 
+std::string TextOf(const core::Json& json) {
+  return json.dump(-1, ' ', false, core::Json::error_handler_t::replace);
+}
+
+std::string NameOf(const Job& job, int number, int first, int last) {
+  const core::Json content{{"verb", job.verb},   {"words", job.words},
+                           {"whole", job.whole}, {"first", first},
+                           {"last", last},       {"luxfield", LUXFIELD_VERSION}};
+  return fmt::format("{:04}-{}", number, core::Sha256(TextOf(content)).substr(0, 16));
+}
+
 Job MakeJob(const std::string& verb, const std::vector<std::string>& words, const Task& task,
             int shards) {
+  for (const std::string& word : words) RequireUtf8(word);
   Job job;
   job.verb = verb;
   job.words = words;
   job.axis = task.Axis();
   job.length = task.Length();
   for (const std::filesystem::path& file : task.Inputs()) {
+    RequireUtf8(file.string());
     const Stat before = StatOf(file);
     job.inputs.push_back({file, before.bytes, before.modified_ns, core::Sha256OfFile(file)});
   }
@@ -84,7 +131,16 @@ Job MakeJob(const std::string& verb, const std::vector<std::string>& words, cons
   return job;
 }
 
+void RequirePlainPath(const std::filesystem::path& folder) {
+  const std::string path = std::filesystem::absolute(folder).string();
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (std::any_of(path.begin(), path.end(), is_control))
+    throw InputError(path, "a job's path may have no line breaks or other control characters",
+                     "name or rename its folders without them");
+}
+
 void WriteJob(const std::filesystem::path& folder, const Job& job) {
+  RequirePlainPath(folder);
   const auto file = JobJson(folder);
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
@@ -144,6 +200,8 @@ Job ReadJob(const std::filesystem::path& folder) {
                       one.name),
           "the file was changed: plan the job anew in another folder");
   }
+  RequireTiling(job, file);
+  RequireHashes(job, file);
   return job;
 }
 
@@ -199,14 +257,16 @@ std::optional<Manifest> FindManifest(const std::filesystem::path& folder,
   try {
     const core::Json json = core::ReadJson(path);
     Manifest manifest;
-    for (const core::Json& one : Field<std::vector<core::Json>>(json, "files", file))
-      manifest.files.push_back({Field<std::string>(one, "file", file),
-                                Field<std::uintmax_t>(one, "bytes", file),
+    for (const core::Json& one : Field<std::vector<core::Json>>(json, "files", file)) {
+      const auto name = Field<std::string>(one, "file", file);
+      if (!name.starts_with(shard.name + ".") || name.find('/') != std::string::npos) return {};
+      manifest.files.push_back({name, Field<std::uintmax_t>(one, "bytes", file),
                                 Field<std::string>(one, "sha256", file)});
+    }
     manifest.figures = Field<core::Json>(json, "figures", file);
-    manifest.wall_s = Field<double>(json, "wall_s", file);
-    manifest.core_s = Field<double>(json, "core_s", file);
-    manifest.peak_mib = Field<double>(json, "peak_mib", file);
+    manifest.wall_s = core::NumberField(json, "wall_s", file, kSeconds);
+    manifest.core_s = core::NumberField(json, "core_s", file, kSeconds);
+    manifest.peak_mib = core::NumberField(json, "peak_mib", file, kMebibytes);
     manifest.host = Field<std::string>(json, "host", file);
     return manifest;
   } catch (const InputError&) {
@@ -228,8 +288,16 @@ std::optional<Failure> FindFailure(const std::filesystem::path& folder, const Pl
   }
 }
 
-std::string WhatIsWrong(const std::filesystem::path& folder, const Manifest& manifest,
-                        Depth depth) {
+std::string WhatIsWrong(const std::filesystem::path& folder, const Job& job,
+                        const PlannedShard& shard, const Manifest& manifest, const Task* task) {
+  std::vector<std::string> names, pieces;
+  for (const Manifest::File& file : manifest.files) names.push_back(file.name);
+  if (task)
+    for (const auto& file : PieceFiles(folder, shard, *task))
+      pieces.push_back(file.filename().string());
+  if (task && names != pieces)
+    return fmt::format("{}: names {} where the shard has {}", ManifestFile(folder, shard).string(),
+                       names.empty() ? "no file" : Listed(names), Listed(pieces));
   for (const Manifest::File& file : manifest.files) {
     const auto path = ShardsFolder(folder) / file.name;
     std::error_code missing;
@@ -238,44 +306,19 @@ std::string WhatIsWrong(const std::filesystem::path& folder, const Manifest& man
     if (bytes != file.bytes)
       return fmt::format("{}: has {} bytes where its manifest says {}", path.string(), bytes,
                          file.bytes);
-    if (depth == Depth::kHashes && core::Sha256OfFile(path) != file.sha256)
+    if (!task) continue;
+    if (core::Sha256OfFile(path) != file.sha256)
       return fmt::format("{}: is damaged: its SHA-256 is not that of its manifest", path.string());
+    const std::string label = FindLabel(path),
+                      own = LabelOf(job, shard, file.name, manifest.figures);
+    if (label.empty())
+      return fmt::format("{}: does not end with the line that a piece of a shard ends with",
+                         path.string());
+    if (label != own)
+      return fmt::format("{}: is not the piece of that name: it ends with '{}' and not with '{}'",
+                         path.string(), label, own);
   }
   return "";
-}
-
-std::string HostName() {
-  char name[256] = {};
-  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
-}
-
-std::filesystem::path MakeScratch(const std::filesystem::path& folder, int number) {
-  const auto scratch = folder / "scratch" / fmt::format("{}.{}.{}", number, HostName(), ::getpid());
-  core::MakeFolder(scratch);
-  return scratch;
-}
-
-std::vector<Scratch> FindScratch(const std::filesystem::path& folder) {
-  std::vector<Scratch> all;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "scratch", ignored)) {
-    const std::string name = entry.path().filename().string();
-    const auto first = name.find('.'), last = name.rfind('.');
-    if (first == std::string::npos || first == last) continue;
-    Scratch scratch;
-    scratch.folder = entry.path();
-    const char* end = name.data() + name.size();
-    if (std::from_chars(name.data(), name.data() + first, scratch.number).ptr !=
-            name.data() + first ||
-        std::from_chars(name.data() + last + 1, end, scratch.process).ptr != end)
-      continue;
-    scratch.host = name.substr(first + 1, last - first - 1);
-    scratch.here = scratch.host == HostName();
-    scratch.alive =
-        scratch.here && (::kill(static_cast<pid_t>(scratch.process), 0) == 0 || errno == EPERM);
-    all.push_back(scratch);
-  }
-  return all;
 }
 
 }  // namespace luxfield::shard

@@ -4,11 +4,11 @@
 //   shards/0007-HASH.exr          what shard 7 wrote; of some verbs a second file
 //   shards/0007-HASH.json         its manifest: bytes and SHA-256 of these, times, memory
 //   shards/0007-HASH.failed.json  the sentence of its last failure
-//   scratch/7.HOST.PID/           what a process is writing now, or was when it was killed
+//   scratch/                      what processes are writing (scratch.h)
 //
 // HASH is of the inputs' content, the verb, the words and the rows: a file of that name holds, if it
-// is whole, what the shard has to hold, whoever wrote it. Nothing but rename(2) within a folder is
-// asked of the file system.
+// is whole, what the shard has to hold, whoever wrote it. It ends with a line that says so
+// (piece_label.h), so that one that was moved to another's name is found.
 #pragma once
 
 #include <filesystem>
@@ -61,13 +61,26 @@ struct Failure {
   int exit_code = 0;
 };
 
+// As the files of a job have it, but for its spaces: U+FFFD stands for what is no UTF-8.
+std::string TextOf(const core::Json& json);
+
+// NUMBER-HASH: of what decides the content of a shard's files.
+std::string NameOf(const Job& job, int number, int first, int last);
+
 // Cuts the task: hashes its inputs, finds what shards take from the whole. Of equal parts up to the
-// grain; fewer than asked for where the axis has no more grains.
+// grain; fewer than asked for where the axis has no more grains. Throws InputError where a word or a
+// path is no UTF-8, which job.json has to be.
 Job MakeJob(const std::string& verb, const std::vector<std::string>& words, const Task& task,
             int shards);
 
+// Throws InputError where the folder's path has control characters: a line break there would end a
+// comment in the scripts of submit.h.
+void RequirePlainPath(const std::filesystem::path& folder);
+
 // Writes job.json; nothing where the same job is there. Throws InputError where another one is.
 void WriteJob(const std::filesystem::path& folder, const Job& job);
+// Throws InputError where a name does not follow from what the file says, and where the shards are
+// not the whole axis, each behind the one before it.
 Job ReadJob(const std::filesystem::path& folder);
 
 // Throws InputError where an input is not what it was when the job was planned. Content is compared
@@ -82,27 +95,15 @@ std::vector<std::filesystem::path> PieceFiles(const std::filesystem::path& folde
 
 void WriteManifest(const std::filesystem::path& folder, const PlannedShard& shard,
                    const Manifest& manifest);
-// None where there is no manifest, or none that can be read.
+// None where there is no manifest, or none that can be read or that names files of others.
 std::optional<Manifest> FindManifest(const std::filesystem::path& folder,
                                      const PlannedShard& shard);
 std::optional<Failure> FindFailure(const std::filesystem::path& folder, const PlannedShard& shard);
 
-enum class Depth { kSizes, kHashes };
-// What is wrong with a shard's files by its manifest; empty: they are whole.
-std::string WhatIsWrong(const std::filesystem::path& folder, const Manifest& manifest, Depth depth);
-
-// A folder of a process that works, or worked, on a shard.
-struct Scratch {
-  std::filesystem::path folder;
-  int number = 0;
-  std::string host;
-  long process = 0;
-  bool here = false;   // on this host
-  bool alive = false;  // only known of this host
-};
-std::filesystem::path MakeScratch(const std::filesystem::path& folder, int number);
-std::vector<Scratch> FindScratch(const std::filesystem::path& folder);
-
-std::string HostName();
+// What is wrong with a shard's files by its manifest; empty: nothing. With a task the files are
+// those that it makes of the shard, and hashes and labels (piece_label.h) are compared; without one
+// sizes alone.
+std::string WhatIsWrong(const std::filesystem::path& folder, const Job& job,
+                        const PlannedShard& shard, const Manifest& manifest, const Task* task);
 
 }  // namespace luxfield::shard

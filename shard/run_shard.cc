@@ -5,32 +5,11 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/stopwatch.h"
+#include "luxfield/shard/piece_label.h"
+#include "luxfield/shard/scratch.h"
 
 namespace luxfield::shard {
 namespace {
-
-// Removes a scratch folder at its end.
-class ScratchFolder {
- public:
-  ScratchFolder(const std::filesystem::path& folder, int number)
-      : path_(MakeScratch(folder, number)) {}
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-void RemoveDeadScratch(const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (const Scratch& scratch : FindScratch(folder))
-    if (scratch.here && !scratch.alive) std::filesystem::remove_all(scratch.folder, ignored);
-}
 
 Manifest Do(const std::filesystem::path& folder, const Job& job, const Task& task, int number) {
   const PlannedShard& shard = job.shards[number];
@@ -43,9 +22,11 @@ Manifest Do(const std::filesystem::path& folder, const Job& job, const Task& tas
     written.push_back(scratch.path() / (shard.name + ending));
   Manifest manifest;
   manifest.figures = task.Run(job.whole, shard.first, shard.last, written);
-  for (const auto& file : written)
-    manifest.files.push_back(
-        {file.filename().string(), std::filesystem::file_size(file), core::Sha256OfFile(file)});
+  for (const auto& file : written) {
+    const std::string name = file.filename().string();
+    AddLabel(file, LabelOf(job, shard, name, manifest.figures));
+    manifest.files.push_back({name, std::filesystem::file_size(file), core::Sha256OfFile(file)});
+  }
   for (const auto& file : written)
     std::filesystem::rename(file, ShardsFolder(folder) / file.filename());
   core::SyncFolder(ShardsFolder(folder));
@@ -78,9 +59,9 @@ ShardRun RunShard(const std::filesystem::path& folder, const Job& job, const Tas
         fmt::format("has no shard {}: they are numbered 0 to {}", number, job.shards.size() - 1),
         "give one of these numbers");
   const PlannedShard& shard = job.shards[number];
-  RemoveDeadScratch(folder);  // also what a run left that was killed once its shard was whole
+  SweepScratch(folder);  // also what a run left that was killed once its shard was whole
   if (const auto manifest = FindManifest(folder, shard);
-      manifest && WhatIsWrong(folder, *manifest, Depth::kHashes).empty())
+      manifest && WhatIsWrong(folder, job, shard, *manifest, &task).empty())
     return {true, *manifest};
   try {
     return {false, Do(folder, job, task, number)};

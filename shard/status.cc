@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "luxfield/shard/scratch.h"
+
 namespace luxfield::shard {
 namespace {
 
@@ -44,7 +46,7 @@ std::string StateName(State state) {
 }
 
 std::vector<ShardStatus> StatusOf(const std::filesystem::path& folder, const Job& job,
-                                  Depth depth) {
+                                  const Task* task) {
   const std::vector<Scratch> scratch = FindScratch(folder);
   std::vector<ShardStatus> all;
   for (std::size_t n = 0; n < job.shards.size(); ++n) {
@@ -52,7 +54,7 @@ std::vector<ShardStatus> StatusOf(const std::filesystem::path& folder, const Job
     status.number = static_cast<int>(n);
     status.shard = job.shards[n];
     if (const auto manifest = FindManifest(folder, status.shard)) {
-      status.sentence = WhatIsWrong(folder, *manifest, depth);
+      status.sentence = WhatIsWrong(folder, job, status.shard, *manifest, task);
       status.state = status.sentence.empty() ? State::kDone : State::kDamaged;
       status.wall_s = manifest->wall_s;
       status.core_s = manifest->core_s;

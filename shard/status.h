@@ -27,7 +27,9 @@ struct ShardStatus {
   double wall_s = 0, core_s = 0, peak_mib = 0;  // of what is done
 };
 
-std::vector<ShardStatus> StatusOf(const std::filesystem::path& folder, const Job& job, Depth depth);
+// With a task what is done is read and compared as `run` does (WhatIsWrong), else sizes alone.
+std::vector<ShardStatus> StatusOf(const std::filesystem::path& folder, const Job& job,
+                                  const Task* task = nullptr);
 
 // The numbers of those that are not done, in their order.
 std::vector<int> NotDone(const std::vector<ShardStatus>& all);

@@ -43,6 +43,7 @@ std::string Absolute(const std::filesystem::path& path) {
 
 std::filesystem::path WriteScript(const Submission& submission, const std::string& name,
                                   const std::string& text) {
+  RequirePlainPath(submission.folder);
   const auto folder = submission.folder / "submit";
   core::MakeFolder(folder);
   core::WriteFileAtomically(folder / name, text);
@@ -129,28 +130,29 @@ std::filesystem::path WriteParallelScript(const Submission& submission) {
       "# The shards of the luxfield job in {0}, {1} at once, and then the whole.\n"
       "# Written by `luxfield shard submit --engine parallel`. Shards that are done are not done "
       "again.\n"
-      "program={2}\n"
-      "job={0}\n"
+      "export program={2}\n"
+      "export job={0}\n"
+      // GNU parallel hands its words to a shell, whatever is in them.
+      "one='\"$program\" shard run \"$job\" {{}} --quiet --threads {3}'\n"
       "shards() {{\n"
       "  cat <<'END'\n",
-      folder, submission.jobs, program);
+      folder, submission.jobs, program, ThreadsOf(submission));
   for (const int number : submission.shards) text += fmt::format("{}\n", number);
   text += fmt::format(
       "END\n"
       "}}\n"
       "if parallel --version 2>/dev/null | grep -q '^GNU parallel'; then\n"
-      "  shards | parallel --jobs {0} --retries 3 \"$program\" shard run \"$job\" {{}} --quiet "
-      "--threads {1}\n"
+      "  shards | parallel --jobs {0} --retries 3 \"$one\"\n"
       "else\n"
-      "  shards | xargs -P {0} -I {{}} \"$program\" shard run \"$job\" {{}} --quiet --threads {1}\n"
+      "  shards | xargs -P {0} -I {{}} sh -c \"$one\"\n"
       "fi &&\n"
       "  \"$program\" shard gather \"$job\" --quiet\n",
-      submission.jobs, ThreadsOf(submission));
+      submission.jobs);
   return WriteScript(submission, "parallel.sh", text);
 }
 
 std::filesystem::path WriteSlurmScripts(const Submission& submission, const Need& need) {
-  const std::string plain = Absolute(submission.folder), folder = Quoted(plain),
+  const std::string folder = Quoted(Absolute(submission.folder)),
                     program = Quoted(submission.program.string());
   const int threads = submission.threads > 0 ? submission.threads : 1;
   std::string limits;
@@ -182,7 +184,7 @@ std::filesystem::path WriteSlurmScripts(const Submission& submission, const Need
                       "#SBATCH --cpus-per-task={}\n"
                       "#SBATCH --requeue\n"
                       "#SBATCH --open-mode=append\n"
-                      "#SBATCH --output={}/submit/shard-%a.log\n"
+                      "#SBATCH --output=shard-%a.log\n"
                       "{}"
                       "code=1\n"
                       "for try in 1 2 3; do\n"
@@ -191,15 +193,15 @@ std::filesystem::path WriteSlurmScripts(const Submission& submission, const Need
                       "  [ $code != 2 ] || break  # what is wrong with an input stays wrong\n"
                       "done\n"
                       "exit $code\n",
-                      Ranges(submission.shards), threads, plain, limits, program, folder, threads));
+                      Ranges(submission.shards), threads, limits, program, folder, threads));
   WriteScript(submission, "gather.sbatch",
               head + fmt::format("# Runs when all shards of the array are done.\n"
                                  "#SBATCH --job-name=luxfield-gather\n"
                                  "#SBATCH --requeue\n"
                                  "#SBATCH --open-mode=append\n"
-                                 "#SBATCH --output={}/submit/gather.log\n"
+                                 "#SBATCH --output=gather.log\n"
                                  "exec {} shard gather {} --quiet\n",
-                                 plain, program, folder));
+                                 program, folder));
   return WriteScript(
       submission, "slurm.sh",
       head +
@@ -207,7 +209,7 @@ std::filesystem::path WriteSlurmScripts(const Submission& submission, const Need
                       "where a shard fails:\n"
                       "# `luxfield shard status` says why.\n"
                       "set -e\n"
-                      "cd {}/submit\n"
+                      "cd {}/submit  # where the logs go\n"
                       "array=$(sbatch --parsable shards.sbatch)\n"
                       "array=${{array%%;*}}\n"
                       "gather=$(sbatch --parsable --kill-on-invalid-dep=yes \\\n"
@@ -217,7 +219,7 @@ std::filesystem::path WriteSlurmScripts(const Submission& submission, const Need
 }
 
 int RunScript(const std::filesystem::path& script) {
-  const pid_t process = Start({"/bin/sh", script.string()});
+  const pid_t process = Start({"/bin/sh", Absolute(script)});
   int status = 0;
   while (::waitpid(process, &status, 0) < 0)
     if (errno != EINTR)

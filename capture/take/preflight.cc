@@ -47,6 +47,12 @@ double ClockOffset(core::Clock& clock) {
   return static_cast<double>(timegm(&time)) + seconds - monotonic_s;
 }
 
+std::string FreeAndNeeded(std::uint64_t free, std::uint64_t needed) {
+  constexpr std::uint64_t kMib = 1 << 20;
+  return fmt::format("{} MiB are free, the capture may need {} MiB", free / kMib,
+                     needed / kMib + (needed % kMib > 0));
+}
+
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                         const std::filesystem::path& folder) {
   // The folder may not exist yet: ask its nearest ancestor.
@@ -56,9 +62,8 @@ void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
   const auto free = std::filesystem::space(existing).available;
   const auto needed = static_cast<std::uint64_t>(1.3 * static_cast<double>(bytes));
   if (free < needed)
-    throw DeviceError(fmt::format(
-        "{}: {} MiB are free, the capture may need {} MiB; free space or choose another disk",
-        folder.string(), free >> 20, needed >> 20));
+    throw DeviceError(fmt::format("{}: {}; free space or choose another disk", folder.string(),
+                                  FreeAndNeeded(free, needed)));
   if (!devices.inputs) return;
   if (const hal::InputState state = devices.inputs->State(); !state.safe())
     throw DeviceError(fmt::format("{}: {}; clear it and start again", devices.inputs->identity(),

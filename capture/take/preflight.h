@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "luxfield/capture/plan/plan.h"
 #include "luxfield/hal/safety/safety_guard.h"
@@ -13,6 +14,10 @@ namespace luxfield::capture {
 // computer sleeps. Throws DeviceError for a time before 2000, which nobody has set: the session's
 // records would be dated by it.
 double ClockOffset(core::Clock& clock);
+
+// "3 MiB are free, the capture may need 4 MiB", of bytes of which fewer are free than needed: rounded
+// apart, so that the second number is the larger one.
+std::string FreeAndNeeded(std::uint64_t free, std::uint64_t needed);
 
 // Throws DeviceError if the disk has less than 1.3 times `bytes` free, or a safety input is
 // active.

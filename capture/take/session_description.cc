@@ -1,9 +1,7 @@
 #include "luxfield/capture/take/session_description.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <utility>
@@ -11,6 +9,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/execution.h"
 #include "luxfield/core/exr.h"
+#include "luxfield/core/exr_bytes.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "luxfield/session/session_file.h"
@@ -22,19 +21,6 @@ namespace luxfield::capture {
 namespace {
 
 constexpr const char* kFirmware = "camera_firmware";
-
-// The bytes of an image file: sessions write all their files themselves, whole or not at all.
-std::string ExrBytes(const core::Image& image) {
-  // A folder of our own: nobody can have put a link at the file's name.
-  std::string folder = (std::filesystem::temp_directory_path() / "luxfield-XXXXXX").string();
-  if (!::mkdtemp(folder.data()))
-    throw DeviceError(folder + ": cannot create the folder; free space or set TMPDIR");
-  const auto path = std::filesystem::path(folder) / "vignetting.exr";
-  core::WriteExrImage(path, image);
-  std::string bytes = core::ReadFile(path);
-  std::filesystem::remove_all(folder);
-  return bytes;
-}
 
 std::string Shown(const nlohmann::json& value) {
   constexpr std::size_t kMost = 80;
@@ -135,7 +121,7 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
     camera.vignetting = "vignetting.exr";
     core::Image map(sensor.width, sensor.height, 1);
     map.data = sensor.vignetting;
-    description.files.emplace_back("vignetting.exr", ExrBytes(map));
+    description.files.emplace_back("vignetting.exr", core::ExrImageBytes(map, "vignetting.exr"));
   }
   session::SessionSetup setup;
   setup.camera = std::move(camera);

@@ -11,6 +11,7 @@
 #include "luxfield/core/outputs.h"
 #include "luxfield/environment/environment_sequence.h"
 #include "luxfield/scene/geometry_hash.h"
+#include "luxfield/shard/piece_label.h"
 
 namespace luxfield::cli {
 namespace {
@@ -110,6 +111,7 @@ void RenderTask::Join(const core::Json&, std::span<const shard::Piece> pieces) c
         core::WriteAtomically(*name, [&](const std::filesystem::path& temporary) {
           std::filesystem::copy_file(from, temporary,
                                      std::filesystem::copy_options::overwrite_existing);
+          shard::RemoveLabel(temporary);
         });
       }
       core::PutOutputsInPlace();

@@ -201,6 +201,7 @@ std::unique_ptr<shard::Task> MakeTask(const std::string& name,
     throw InputError(
         fmt::format("the job's verb '{}' cannot be cut into shards; plan it anew", name));
   CLI::App app;
+  app.set_help_flag();  // not among a job's words
   app.option_defaults()->always_capture_default();
   const Make make = verb->add(app);
   try {

@@ -71,8 +71,11 @@ core::Json DryRun(const Options& options) {
 
 // Goes with what is in it, whatever happens.
 struct ScratchFolder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / fmt::format("luxfield-plan-{}", ::getpid());
+  std::string path = (std::filesystem::temp_directory_path() / "luxfield-plan-XXXXXX").string();
+  ScratchFolder() {
+    if (!::mkdtemp(path.data()))
+      throw DeviceError(path + ": cannot create the folder; free space or set TMPDIR");
+  }
   ~ScratchFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path, ignored);

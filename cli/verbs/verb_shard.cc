@@ -95,10 +95,10 @@ core::Json Describe(const ShardStatus& status) {
           {"peak_mib", status.peak_mib}};
 }
 
-core::Json Status(const Options& options) {
+core::Json Status(const Options& options, int threads) {
   const Job job = shard::ReadJob(options.folder);
-  const auto all = shard::StatusOf(options.folder, job,
-                                   options.hashes ? shard::Depth::kHashes : shard::Depth::kSizes);
+  const auto task = options.hashes ? MakeTask(job.verb, job.words, threads) : nullptr;
+  const auto all = shard::StatusOf(options.folder, job, task.get());
   std::map<std::string, int> counts;
   core::Json shards = core::Json::array();
   double core_s = 0, longest_s = 0;
@@ -140,7 +140,8 @@ core::Json Status(const Options& options) {
 
 core::Json Submit(const Options& options, const Common& common) {
   const Job job = shard::ReadJob(options.folder);
-  const auto all = shard::StatusOf(options.folder, job, shard::Depth::kHashes);
+  const auto task = MakeTask(job.verb, job.words, common.threads);
+  const auto all = shard::StatusOf(options.folder, job, task.get());
   shard::Submission submission{.folder = options.folder,
                                .program = std::filesystem::read_symlink("/proc/self/exe"),
                                .shards = shard::NotDone(all),
@@ -200,7 +201,7 @@ void AddShard(Program& program) {
 
   CLI::App& status = program.AddVerb(
       group, "status", "What is done, missing or failed, with which sentence, and how long it took",
-      [options] { return Status(*options); });
+      [options, &program] { return Status(*options, program.common().threads); });
   AddFolder(status, options);
   status.add_flag("--hashes", options->hashes,
                   "Read what is done and compare its SHA-256, and not sizes alone");

@@ -16,15 +16,29 @@ struct Options {
   bool salvage = false;
 };
 
+// What the person is told to do about a session that has problems.
+std::string RemedyOf(const session::SessionCheck& check) {
+  if (check.leads_out) return "do not trust it; take the session from where it was captured";
+  if (check.damaged)
+    return "`luxfield verify --salvage` keeps what is whole, then `capture --resume` retakes the "
+           "rest";
+  return check.sealed ? "nothing that was measured is damaged"
+                      : "nothing is damaged; `luxfield capture --resume` goes on";
+}
+
 core::Json Run(const Options& options) {
   core::Json json;
   if (options.salvage) {
     const auto salvaged = session::SalvageSession(options.session);
-    fmt::print(
-        "{}: journal rewritten, {} lines and {} frames kept, {} lines and {} frames lost; the old "
-        "one is {}\n",
-        options.session, salvaged.lines_kept, salvaged.frames_kept, salvaged.lines_lost,
-        salvaged.frames_lost, salvaged.old_journal.filename().string());
+    if (salvaged.old_journal.empty())
+      fmt::print("{}: nothing to salvage: no line, no frame and no manifest is damaged\n",
+                 options.session);
+    else
+      fmt::print(
+          "{}: journal rewritten, {} lines and {} frames kept, {} lines and {} frames lost; the "
+          "old one is {}\n",
+          options.session, salvaged.lines_kept, salvaged.frames_kept, salvaged.lines_lost,
+          salvaged.frames_lost, salvaged.old_journal.filename().string());
     json["salvage"] = {{"lines_kept", salvaged.lines_kept},
                        {"lines_lost", salvaged.lines_lost},
                        {"frames_kept", salvaged.frames_kept},
@@ -42,10 +56,7 @@ core::Json Run(const Options& options) {
     throw InputError(options.session,
                      fmt::format("{} problem{} found", check.problems.size(),
                                  check.problems.size() == 1 ? "" : "s"),
-                     check.damaged  ? "`luxfield verify --salvage` keeps what is whole, then "
-                                      "`capture --resume` retakes the rest"
-                     : check.sealed ? "nothing that was measured is damaged"
-                                    : "nothing is damaged; `luxfield capture --resume` goes on");
+                     RemedyOf(check));
   return json;
 }
 

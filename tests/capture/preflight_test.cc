@@ -110,6 +110,16 @@ TEST_F(Preflight, ADiskThatCannotHoldASessionIsRefused) {
       << "as much as is free is less than 1.3 times as much";
 }
 
+// Whatever lies between them, a byte or a disk.
+TEST(FreeAndNeededTest, TheSecondNumberIsTheLargerOne) {
+  constexpr std::uint64_t kMib = 1 << 20;
+  EXPECT_EQ(FreeAndNeeded(3 * kMib + 1, 3 * kMib + 2),
+            "3 MiB are free, the capture may need 4 MiB");
+  EXPECT_EQ(FreeAndNeeded(3 * kMib - 1, 3 * kMib), "2 MiB are free, the capture may need 3 MiB");
+  EXPECT_EQ(FreeAndNeeded(0, 1), "0 MiB are free, the capture may need 1 MiB");
+  EXPECT_EQ(FreeAndNeeded(3 * kMib, 70 * kMib), "3 MiB are free, the capture may need 70 MiB");
+}
+
 // What is committed is there already: the disk has to take the rest.
 TEST_F(Preflight, AResumedSessionAsksForTheRoomThatItStillNeeds) {
   const auto folder = NewFolder("rest");

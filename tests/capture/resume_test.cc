@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <functional>
 #include <map>
 
 #include "luxfield/capture/take/session_description.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/session/plan_json.h"
 #include "tests/capture/capture_fixture.h"
@@ -137,6 +139,22 @@ TEST_F(Resume, SaysOnceThatTheFirmwareIsAnother) {
 
 TEST_F(Resume, TakesAnySettingsWhereTheSessionStatesNone) {
   GoOn(Begun("older", [](Devices&) {}), [](Devices& d) { Settings(d, "6"); });
+}
+
+// What is killed leaves nothing there: nothing is written but in the session.
+TEST_F(Resume, TheVignettingNeedsNoTemporaryFolder) {
+  const auto folder = NewFolder("elsewhere");
+  const char* before = std::getenv("TMPDIR");
+  const std::string old = before ? before : "";
+  ::setenv("TMPDIR", "/nonexistent", 1);
+  Devices devices = Lab([](Devices& d) { d.rig.camera.vignetting.assign(32 * 24, 0.9f); });
+  const auto plan = ToJson(ToPlanFile(ExpandPlan(TestPlan(), devices)));
+  EXPECT_NO_THROW(OpenSession(folder, plan, devices, false));
+  if (before)
+    ::setenv("TMPDIR", old.c_str(), 1);
+  else
+    ::unsetenv("TMPDIR");
+  EXPECT_EQ(core::ReadExrImage(folder / "vignetting.exr").data, devices.rig.camera.vignetting);
 }
 
 TEST_F(Resume, IsRefusedWhereTheVignettingIsAnother) {

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr_bytes.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/random.h"
 #include "tests/seed.h"
@@ -104,6 +105,7 @@ TEST(Exr, PicturesRoundTrip) {
     const Image back = ReadExrImage(path);
     EXPECT_EQ(back.channels, channels);
     EXPECT_EQ(back.data, image.data);
+    EXPECT_EQ(ExrImageBytes(image, "picture"), ReadFile(path));
   }
 }
 

@@ -159,7 +159,21 @@ TEST_F(HostileUser, VerifyRecommendsSalvageForDamageOnly) {
   EXPECT_EQ(stray.exit_code, 2);
   EXPECT_THAT(stray.out, HasSubstr(".DS_Store: is not in the manifest"));
   EXPECT_THAT(stray.err, Not(HasSubstr("--salvage")));
+  EXPECT_EQ(RunLuxfield({"verify", "s", "--salvage"}, folder_).exit_code, 2);
   std::filesystem::remove(folder_ / "s/.DS_Store");
+  const auto whole = RunLuxfield({"verify", "s", "--salvage"}, folder_);
+  EXPECT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_THAT(whole.out, HasSubstr("s: nothing to salvage"));
+  EXPECT_THAT(whole.out, HasSubstr("s: sealed, "));
+
+  std::filesystem::copy(folder_ / "s", folder_ / "linked",
+                        std::filesystem::copy_options::recursive);
+  std::filesystem::rename(folder_ / "linked/darks", folder_ / "elsewhere");
+  std::filesystem::create_symlink(folder_ / "elsewhere", folder_ / "linked/darks");
+  const auto linked = RunLuxfield({"verify", "linked"}, folder_);
+  EXPECT_EQ(linked.exit_code, 2);
+  EXPECT_THAT(linked.err, Not(HasSubstr("--salvage")));
+  EXPECT_THAT(linked.err, HasSubstr("where it was captured"));
 
   // As a capture leaves it that was interrupted before it sealed.
   std::filesystem::copy(folder_ / "s", folder_ / "paused",

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "program.h"
 
@@ -56,6 +57,18 @@ keep = "flux"
   EXPECT_THAT(task->Inputs(), testing::UnorderedElementsAre(In("a.meas.exr"), In("b.meas.exr"),
                                                             In("a.filter.exr")));
   EXPECT_THAT(task->Outputs(), ElementsAre(In("c.lf.exr"), In("c.sigma.lf.exr")));
+}
+
+// As a job.json may have it that was changed, with names that fit.
+TEST_F(ShardedVerbs, WordsThatAskForHelpAreNoneOfAJob) {
+  for (const char* verb : {"merge", "reconstruct", "preprocess", "render"})
+    try {
+      cli::MakeTask(verb, {"--help"}, 1);
+      ADD_FAILURE() << "took it";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("[options] of")) << verb;
+      EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("main function"))) << verb;
+    }
 }
 
 }  // namespace

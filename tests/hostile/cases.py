@@ -10,6 +10,41 @@ class Template:
     inputs: str  # copied into the case's folder, as NAME=OTHER; the first `spoilt` may be spoilt
     outputs: str = ""
     spoilt: int = 1
+    before: str = ""  # what is run first, unspoilt
+    made: str = ""  # by that, which may be spoilt, too
+    then: str = ""  # what is run after a success
+    right: str = ""  # NAME=OTHER: an output that, if it is there, is that file of the corpus to the byte
+    keeps: str = ""  # a session that is left as it is where nothing is spoilt
+
+
+def job(verb, shards):
+    """What does a whole job of the corpus' VERB.job.toml."""
+    runs = "".join(f"; shard run job {n}" for n in range(shards))
+    return f"shard plan {verb}.job.toml -o job" + runs
+
+
+JOBS = [
+    # Inputs, what a job of them is gathered to, what the verb itself writes.
+    ("merge", "s", 3, "o.meas.exr=x.meas.exr"),
+    ("reconstruct", "x.meas.exr", 3, "o.lf.exr=x.lf.exr o.sigma.lf.exr=x.sigma.lf.exr"),
+    ("preprocess", "x.lf.exr", 2, "o.tab.exr=x.tab.exr"),
+]
+
+
+def of_jobs():
+    templates = []
+    for verb, input_, shards, right in JOBS:
+        inputs, outputs = f"{verb}.job.toml {input_}", " ".join(r.split("=")[0] for r in right.split())
+        whole = dict(spoilt=0, before=job(verb, shards), made="job", right=right)
+        templates += [
+            Template(2, f"shard plan {verb}.job.toml -o job", inputs, "job/job.json", spoilt=2),
+            Template(5, "shard gather job", inputs, outputs, **whole),
+            Template(3, "shard run job 1", inputs, outputs, then="shard gather job", **whole),
+            Template(2, "shard status job --hashes --json o.json", inputs, outputs + " o.json", then="shard gather job",
+                     **whole),
+            Template(1, "shard submit job --engine slurm --only-write", inputs, **whole),
+        ]  # fmt: skip
+    return templates
 
 
 MESH = "m.obj m.mtl m.ply m.gltf m.bin t.png"
@@ -50,7 +85,8 @@ TEMPLATES = [
     Template(2, "merge s -o o.meas.exr --flat-field q.flat.exr", "q.flat.exr s", "o.meas.exr"),
     Template(5, "budget s --uncertainty budget.toml --report o.html", "budget.toml s", "o.html", spoilt=2),
     Template(3, "capture plan.toml u --lab lab.toml --resume", "u plan.toml lab.toml", spoilt=3),
-    Template(2, "verify u --salvage", "u"),
+    Template(2, "verify u --salvage", "u", keeps="u"),
+    Template(3, "verify s --salvage", "s", keeps="s"),
     Template(3, "calibrate sensor q -o o.cal.json --report o.html", "q", "o.cal.json o.html"),
     Template(2, "calibrate flat-field q -o o.flat.exr", "q", "o.flat.exr"),
     Template(2, "calibrate glare s -o o.cal.json", "s", "o.cal.json"),
@@ -91,6 +127,7 @@ TEMPLATES = [
     Template(2, "sky -o o.hdr --latitude 48 --date 2024-06-21 --height 32", "", "o.hdr", spoilt=0),
     Template(1, "bench --help", "", spoilt=0),
     Template(2, "devices", "", spoilt=0),
+    *of_jobs(),
 ]  # fmt: skip
 
 WORDS = [
@@ -140,12 +177,14 @@ class Case:
     spoil: list = field(default_factory=list)
 
 
-def draw(random):
-    template = random.choices(TEMPLATES, [t.weight for t in TEMPLATES])[0]
+def draw(random, of=""):
+    """A case, of templates whose words begin so."""
+    templates = [t for t in TEMPLATES if t.words.startswith(of)]
+    template = random.choices(templates, [t.weight for t in templates])[0]
     words = template.words.split()
     streams, limits, spoil = {"stdin": "/dev/null", "stdout": "out", "stderr": "err"}, {}, []
     act = random.random()
-    names = template.inputs.split()[: template.spoilt]
+    names = template.inputs.split()[: template.spoilt] + template.made.split()
     if act < 0.72 and names:
         spoil = random.sample(names, min(len(names), random.choice([1, 1, 1, 2])))
     elif act < 0.84 or not names:

@@ -268,6 +268,16 @@ LDT = "\n".join(
     "made by hand,3,0,4,90,3,45,R,L,N,F,2024,600,300,50,500,200,0,0,0,0,100,80,1,0,1,1,LED,1000,3000,80,25".split(",")
     + ["0.5"] * 10 + "0 90 180 270 0 45 90 900 500 100 900 400 90 900 300 80 900 200 70".split() + [""]
 )  # fmt: skip
+JOBS = {
+    "merge": ("s", "o.meas.exr", 3, ""),
+    "reconstruct": ("x.meas.exr", "o.lf.exr", 3, '[options]\nsigma = "o.sigma.lf.exr"\n'),
+    "preprocess": ("x.lf.exr", "o.tab.exr", 2, ""),
+}
+
+
+def job_toml(verb):
+    source, output, shards, options = JOBS[verb]
+    return f'[job]\nverb = "{verb}"\ninput = "{source}"\noutput = "{output}"\nshards = {shards}\n{options}'
 
 
 def write_gltf(folder):
@@ -299,6 +309,7 @@ def write_foreign(folder):
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
         "bare.toml": SCENE, "lit.toml": LIT, "far.toml": FAR, "path.toml": PATH, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
         "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
+        **{f"{verb}.job.toml": job_toml(verb) for verb in JOBS},
     }.items():  # fmt: skip
         (folder / name).write_text(text)
     write_gltf(folder)
@@ -321,7 +332,7 @@ MADE = [
     "capture plan.toml s --lab lab.toml",
     "capture sensor.plan.toml q --lab sensor.lab.toml",
     "merge s -o x.meas.exr",
-    "reconstruct x.meas.exr -o x.lf.exr",
+    "reconstruct x.meas.exr -o x.lf.exr --sigma x.sigma.lf.exr",
     "preprocess x.lf.exr -o x.tab.exr",
     "export x.lf.exr -o x.gldf --plane-step 45 --angle-step 15",
     "export x.lf.exr -o x.dat --rays 300",

@@ -1,9 +1,9 @@
 """Hostile inputs over every verb and file kind; see docs/testing.md.
 
-    hostile.py ZYGOTE [--cases N] [--first N] [--seed S] [--only K] [--keep FOLDER] [--processes N]
+    hostile.py ZYGOTE [--cases N] [--first N] [--seed S] [--only K] [--keep FOLDER] [--processes N] [--of WORDS]
 
-Case K of seed S is the same in every run: `--only K` runs it alone, shows what it gave and, with
---keep, leaves its folder. Ends with a line `hostile N cases, F failed`, and 1 if any did."""
+Case K of seed S is the same in every run, and another one with --of: `--only K` runs it alone, shows
+what it gave and, with --keep, leaves its folder. Ends with a line `hostile N cases, F failed`, and 1 if any did."""
 
 import argparse
 import collections
@@ -88,15 +88,16 @@ def complaints(case, folder, answer, before):
         wrong.append(f"{answer['processor_s']:.1f} s of processor time")
     if answer["peak_bytes"] > MOST_BYTES:
         wrong.append(f"{answer['peak_bytes'] / 2**30:.2f} GiB of memory")
-    for path in folder.rglob(".*"):
+    for path in [*folder.rglob(".*"), *folder.glob("*/scratch/*")]:
         if path.name not in before and path.name != ".":
             wrong.append(f"left {path.relative_to(folder)}")
     errors = (folder / "err").read_bytes() if (folder / "err").is_file() else b""
     # Whole files, of which only what was printed is lost.
     whole = exit_code == 3 and (case.streams["stdout"] != "out" or "fsize" in case.limits)
+    unnamed = set(case.template.outputs.split()) - set(case.template.words.split())
     for name in case.template.outputs.split():
         if (
-            name in case.words
+            (name in case.words or name in unnamed)
             and exit_code in (2, 3)
             and not whole
             and signature(folder / name) != before.get(name)
@@ -116,19 +117,59 @@ def complaints(case, folder, answer, before):
     return wrong
 
 
-def run_case(zygote, seed, number, source, folder):
+def content(folder):
+    """Of a session, but for its lock."""
+    return {
+        path.relative_to(folder): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != "LOCK"
+    }
+
+
+def wrong_bytes(case, source, folder, must_be):
+    """Outputs that are not the corpus' own, or not there."""
+    wrong = []
+    for name, _, right in (item.partition("=") for item in case.template.right.split()):
+        if not (folder / name).is_file():
+            wrong += [f"exit 0 without {name}"] * must_be
+        elif (folder / name).read_bytes() != (source / right).read_bytes():
+            wrong.append(f"wrong bytes: {name}")
+    return wrong
+
+
+def prepare(zygote, case, folder):
+    for line in filter(None, case.template.before.split("; ")):
+        answer = zygote.run(folder, line.split() + ["--quiet"])
+        if answer.get("exit") != 0:
+            raise RuntimeError(f"luxfield {line}: {answer}")
+
+
+def run_case(zygote, seed, number, source, folder, of=""):
     """(case, answer, complaints) of case `number`, in the empty folder."""
     random = randomness.Random(f"{seed} {number}")
-    case = cases.draw(random)
+    case = cases.draw(random, of)
     for item in case.template.inputs.split():
         name, _, target = item.partition("=")
         copy(source / name, folder / (target or name))
+    prepare(zygote, case, folder)
     for item in case.spoil:
         name, _, target = item.partition("=")
         mutate.spoil(random, folder / (target or name))
-    before = {path.name: signature(path) for path in folder.rglob("*")}
-    answer = zygote.run(folder, case.words, case.streams, case.limits)
-    return case, answer, complaints(case, folder, answer, before)
+    kept = case.template.keeps and not case.spoil and content(folder / case.template.keeps)
+    wrong = []
+    for words in [case.words] + [case.template.then.split() + ["--quiet"]] * bool(case.template.then):
+        for stream in ("out", "err"):
+            (folder / stream).unlink(missing_ok=True)
+        before = {path.name: signature(path) for path in folder.rglob("*")}
+        answer = zygote.run(folder, words, case.streams, case.limits)
+        wrong += complaints(case, folder, answer, before)
+        if answer.get("exit") != 0:
+            break
+    gathered = words[:3] == ["shard", "gather", "job"] and set(words[3:]) <= {"--quiet"}
+    wrong += wrong_bytes(case, source, folder, gathered and answer.get("exit") == 0)
+    if kept and content(folder / case.template.keeps) != kept:
+        wrong.append(f"changed {case.template.keeps}, in which nothing is wrong")
+    return case, answer, wrong
 
 
 def remove(folder):
@@ -139,11 +180,11 @@ def remove(folder):
 
 
 def work(job):
-    program, seed, numbers, source, keep = job
+    program, seed, numbers, source, keep, of = job
     zygote, failed, used, exits = Zygote(program), [], 0.0, collections.Counter()
     for number in numbers:
         folder = Path(tempfile.mkdtemp(prefix="luxfield-hostile-"))
-        case, answer, wrong = run_case(zygote, seed, number, source, folder)
+        case, answer, wrong = run_case(zygote, seed, number, source, folder, of)
         used += answer["processor_s"]
         exits[case.template.words.split()[0], answer.get("exit", "signal")] += 1
         if wrong:
@@ -169,7 +210,7 @@ def special(folder, names):
     ]
 
 
-def show(number, case, answer, wrong, text, seed, program):
+def show(number, case, answer, wrong, text, seed, program, of):
     print(f"case {number}: {'; '.join(wrong)}")
     print("  luxfield", shlex.join(case.words))
     print(
@@ -178,7 +219,8 @@ def show(number, case, answer, wrong, text, seed, program):
     print(f"  {answer}")
     for line in text.splitlines()[-3:]:
         print(f"  | {line!r}")
-    print(f"  again: hostile.py {program} --seed {seed} --only {number} --keep .")
+    print(f"  again: hostile.py {program} --seed {seed} --only {number} --keep ."
+          + (f" --of {shlex.quote(of)}" if of else ""))
 
 
 def main():
@@ -191,6 +233,7 @@ def main():
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--only", type=int)
     parser.add_argument("--keep")
+    parser.add_argument("--of", default="", help="only of templates whose words begin so")
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     start = time.monotonic()
@@ -204,7 +247,7 @@ def main():
             if options.only is not None
             else range(options.first, options.first + options.cases)
         )
-        jobs = [(options.zygote, options.seed, list(part), source, options.keep)
+        jobs = [(options.zygote, options.seed, list(part), source, options.keep, options.of)
                 for part in (numbers[i : i + 50] for i in range(0, len(numbers), 50))]  # fmt: skip
         failures, used, exits = [], 0.0, collections.Counter()
         with multiprocessing.Pool(options.processes) as pool:
@@ -213,7 +256,7 @@ def main():
                 used += seconds
                 exits += counts
                 for failure in failed:
-                    show(*failure, options.seed, options.zygote)
+                    show(*failure, options.seed, options.zygote, options.of)
                     sys.stdout.flush()
     print("verb: runs by exit code")
     for verb in sorted({verb for verb, _ in exits}):

@@ -387,6 +387,95 @@ def of_session(random, folder):
     reseal(folder, records)
 
 
+def job_names(job):
+    """The names of a job's shards that follow from what it says (docs/formats/job.md)."""
+    for number, shard in enumerate(job["shards"]):
+        content = {key: job[key] for key in ("verb", "words", "whole", "luxfield")}
+        content |= {"first": shard["first"], "last": shard["last"]}
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+        shard["name"] = f"{number:04}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def fit(folder, name, files):
+    """Makes a shard's manifest fit files of shards/."""
+    path = folder / "shards" / f"{name}.json"
+    manifest = json.loads(path.read_bytes())
+    manifest["files"] = [
+        {"file": file, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+        for file in files
+        for data in [(folder / "shards" / file).read_bytes()]
+    ]
+    path.write_text(json.dumps(manifest, indent=2))
+
+
+def of_job(random, folder):
+    """A job's folder: what it says, its manifests, its pieces under other names, cut short, foreign."""
+    shards = folder / "shards"
+    manifests = sorted(p for p in shards.glob("*.json") if not p.name.endswith(".failed.json"))
+    pieces = sorted(shards.glob("*.exr"))
+    job = json.loads((folder / "job.json").read_bytes())
+    act = random.randrange(12)
+    if act < 2 or not manifests or not pieces:
+        (folder / "job.json").write_bytes(of_json(random, (folder / "job.json").read_bytes()))
+    elif act < 4:  # ranges, whose names fit
+        ranges = job["shards"]
+        for _ in range(random.choice([1, 1, 2])):
+            at = random.randrange(len(ranges)) if ranges else 0
+            how = random.randrange(4)
+            if how == 0 and ranges:
+                del ranges[at]
+            elif how == 1 and ranges:
+                ranges[at][random.choice(["first", "last"])] = int(
+                    near(random, 1) if random.random() < 0.2 else random.randrange(-3, 12)
+                )
+            elif how == 2:
+                job["length"] = ranges[-1]["last"] if ranges else 0
+            else:
+                random.choice([ranges.reverse, ranges.clear, lambda: ranges.extend(ranges[:1])])()
+        if random.random() < 0.7:
+            job_names(job)
+        (folder / "job.json").write_text(json.dumps(job, indent=2))
+    elif act == 4:  # anything, whose names fit
+        tree(random, job)
+        try:
+            job_names(job)
+        except (KeyError, TypeError, AttributeError, UnicodeError):
+            pass
+        (folder / "job.json").write_bytes(json.dumps(job, indent=2).encode("utf8", "replace"))
+    elif act == 5:
+        path = random.choice(manifests)
+        path.write_bytes(of_json(random, path.read_bytes()))
+    elif act == 6:  # a manifest of other files, with their right hashes
+        others = [p.name for p in pieces] + [f"../../{p.name}" for p in folder.parent.glob("*.exr")]
+        chosen = random.sample(others, min(len(others), random.randrange(3)))
+        fit(folder, random.choice(manifests).stem, chosen)
+    elif act < 9:  # pieces exchanged, cut short, or foreign, whose manifests fit
+        one, other = random.choice(pieces), random.choice(pieces)
+        first, second = one.read_bytes(), other.read_bytes()
+        foreign = [p.read_bytes() for p in folder.parent.glob("*.exr") if p.is_file()] or [b""]
+        how = random.randrange(4)
+        if how == 0:
+            one.write_bytes(second)
+            other.write_bytes(first)
+        elif how == 1:
+            one.write_bytes(first[: random.randrange(len(first))])
+        elif how == 2:
+            one.write_bytes(random.choice(foreign))
+        else:
+            one.write_bytes(second)
+        if random.random() < 0.8:
+            for manifest in manifests:
+                files = [f["file"] for f in json.loads(manifest.read_bytes())["files"]]
+                fit(folder, manifest.stem, files)
+    elif act == 9:
+        path = random.choice(pieces)
+        path.write_bytes(of_bytes(random, path.read_bytes()))
+    elif act == 10:
+        odd(random, random.choice(pieces + manifests + [folder / "job.json", shards]))
+    else:
+        random.choice(pieces + manifests).unlink()
+
+
 def odd(random, path):
     """In place of the file something that is none, or that holds nothing."""
     if path.is_dir():
@@ -431,6 +520,8 @@ def spoil(random, path):
     if random.random() < 0.04:
         return odd(random, path)
     if path.is_dir():
+        if (path / "job.json").is_file():
+            return of_job(random, path)
         return of_session(random, path) if (path / "journal.jsonl").exists() else odd(random, path)
     kind = path.suffix[1:]
     if kind == "exr":

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -320,6 +321,94 @@ TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
   const SessionCheck check = VerifySession(folder);
   EXPECT_THAT(check.problems, testing::IsEmpty());
   EXPECT_EQ(check.positions, kPositions);
+}
+
+// All files and their bytes.
+std::map<std::string, std::string> Content(const fs::path& folder) {
+  std::map<std::string, std::string> content;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().filename() != "LOCK")
+      content[entry.path()] = core::ReadFile(entry.path());
+  return content;
+}
+
+TEST(SessionStore, SalvageDoesNothingWhereNothingIsDamaged) {
+  const auto folder = WholeSession("healthy");
+  const int lines = static_cast<int>(ReadJournal(folder / "journal.jsonl").records.size());
+  const auto expect_untouched = [&] {
+    const auto before = Content(folder);
+    const SalvageResult result = SalvageSession(folder);
+    EXPECT_EQ(result.old_journal, "");
+    EXPECT_EQ(result.lines_kept, lines);
+    EXPECT_EQ(result.frames_kept, 1 + kPositions * kExposures);
+    EXPECT_EQ(result.lines_lost + result.frames_lost, 0);
+    EXPECT_EQ(Content(folder), before);
+  };
+  expect_untouched();
+  EXPECT_TRUE(VerifySession(folder).sealed);
+  Overwrite(folder / ".DS_Store", "made by a file manager");
+  Overwrite(folder / "frames/stranger.tif", "of somebody else");
+  expect_untouched();
+  EXPECT_TRUE(VerifySession(folder).sealed);
+  fs::remove(folder / "manifest.json");  // which --resume writes
+  expect_untouched();
+}
+
+// Not the frames, and yet no seal that holds.
+TEST(SessionStore, AManifestThatContradictsTheJournalIsDamage) {
+  const auto folder = WholeSession("contradicts");
+  const std::string journal = core::ReadFile(folder / "journal.jsonl");
+  const core::Json whole = core::ReadJson(folder / "manifest.json");
+  const auto frame_of = [](core::Json& manifest) -> core::Json& {
+    for (core::Json& file : manifest["files"])
+      if (file["file"].get<std::string>().starts_with("frames/")) return file;
+    throw std::logic_error("lists no frame");
+  };
+  using Spoil = std::function<void(core::Json&)>;
+  const std::pair<const char*, Spoil> cases[] = {
+      {"another SHA-256", [&](core::Json& m) { frame_of(m)["sha256"] = std::string(64, '0'); }},
+      {"is listed with 1 bytes", [&](core::Json& m) { frame_of(m)["bytes"] = 1; }},
+      {"is not listed", [&](core::Json& m) { frame_of(m)["file"] = "derived/other"; }}};
+  for (const auto& [said, spoil] : cases) {
+    SCOPED_TRACE(said);
+    core::Json manifest = whole;
+    spoil(manifest);
+    Overwrite(folder / "journal.jsonl", journal);
+    Overwrite(folder / "manifest.json", manifest.dump(2) + "\n");
+    const SessionCheck check = VerifySession(folder);
+    EXPECT_TRUE(check.damaged);
+    EXPECT_THAT(check.problems, testing::Contains(HasSubstr(said)));
+    EXPECT_EQ(SalvageSession(folder).frames_lost, 0);
+    EXPECT_FALSE(fs::exists(folder / "manifest.json"));
+    EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+  }
+  // As if the journal of a session that goes on lay beside a manifest.
+  Overwrite(folder / "journal.jsonl",
+            journal.substr(0, journal.rfind('\n', journal.size() - 2) + 1));
+  Overwrite(folder / "manifest.json", whole.dump(2) + "\n");
+  EXPECT_TRUE(VerifySession(folder).damaged);
+  SalvageSession(folder);
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+TEST(SessionStore, LinksInsideAreNothingThatSalvageMends) {
+  for (const char* name :
+       {"frames/i001_j000_print0_channel0_exposure01_repeat0_epoch0_attempt0.tif", "frames",
+        "manifest.json", "plan.json"}) {
+    SCOPED_TRACE(name);
+    const auto folder = WholeSession("links");
+    const auto elsewhere = NewFolder("elsewhere");
+    fs::rename(folder / name, elsewhere);
+    fs::create_symlink(elsewhere, folder / name);
+    std::string journal = core::ReadFile(folder / "journal.jsonl");
+    const SessionCheck check = VerifySession(folder);
+    EXPECT_TRUE(check.leads_out);
+    journal[journal.find("i002_j000")] = 'x';  // something to salvage
+    Overwrite(folder / "journal.jsonl", journal);
+    const auto before = Content(folder);
+    EXPECT_THAT(MessageOf([&] { SalvageSession(folder); }), HasSubstr("symbolic link"));
+    EXPECT_EQ(Content(folder), before);
+  }
 }
 
 TEST(SessionStore, NothingIsWrittenThatNoReaderTakes) {

@@ -15,11 +15,10 @@
 #include "luxfield/shard/gather.h"
 #include "luxfield/shard/job_file.h"
 #include "luxfield/shard/run_shard.h"
+#include "luxfield/shard/scratch.h"
 #include "luxfield/shard/status.h"
-#include "luxfield/shard/submit.h"
-#include "tests/core/memory_folder.h"
 #include "tests/seed.h"
-#include "tests/shard/fake_task.h"
+#include "tests/shard/job_fixture.h"
 
 namespace luxfield::shard {
 namespace {
@@ -27,46 +26,6 @@ namespace {
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-// What the InputError or DeviceError that `work` throws says; empty where it throws none.
-template <typename Work>
-std::string SentenceOf(Work&& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
-class ShardJob : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = MemoryFolder() /
-              fmt::format("luxfield-shard-{}-{}",
-                          testing::UnitTest::GetInstance()->current_test_info()->name(), getpid());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path JobFolder() const { return folder_ / "job"; }
-
-  Job Plan(const FakeTask& task, int shards) const {
-    const Job job = MakeJob("fake", {"word"}, task, shards);
-    WriteJob(JobFolder(), job);
-    return ReadJob(JobFolder());
-  }
-  std::string Whole(const FakeTask& task) const {
-    task.Write(folder_ / "whole.exr", 0, task.Length());
-    return BytesOf(folder_ / "whole.exr");
-  }
-  std::filesystem::path PieceOf(const FakeTask& task, const Job& job, int number) const {
-    return PieceFiles(JobFolder(), job.shards[number], task)[0];
-  }
-
-  std::filesystem::path folder_;
-};
 
 TEST_F(ShardJob, AnyNumberOfShardsGathersToTheWholesBytes) {
   const FakeTask task(folder_, 23);
@@ -111,7 +70,7 @@ TEST_F(ShardJob, AShardSaysWhatItTook) {
     EXPECT_EQ(touched[touched.size() / 2], 1);
   };
   RunShard(JobFolder(), job, task, 0);
-  const ShardStatus status = StatusOf(JobFolder(), job, Depth::kSizes)[0];
+  const ShardStatus status = StatusOf(JobFolder(), job)[0];
   EXPECT_GE(status.peak_mib, double{kMib});
   EXPECT_GE(status.wall_s, 0.02);
 }
@@ -147,12 +106,12 @@ TEST_F(ShardJob, ADamagedShardIsNamedAndDoneAgain) {
   core::WriteFileAtomically(piece, bytes);
   EXPECT_THAT(SentenceOf([&] { Gather(JobFolder(), job, task); }),
               AllOf(HasSubstr(piece.string()), HasSubstr("is damaged"), HasSubstr("run")));
-  EXPECT_EQ(StatusOf(JobFolder(), job, Depth::kSizes)[1].state, State::kDone);
-  EXPECT_EQ(StatusOf(JobFolder(), job, Depth::kHashes)[1].state, State::kDamaged);
+  EXPECT_EQ(StatusOf(JobFolder(), job)[1].state, State::kDone);
+  EXPECT_EQ(StatusOf(JobFolder(), job, &task)[1].state, State::kDamaged);
 
   bytes.resize(bytes.size() - 1);
   core::WriteFileAtomically(piece, bytes);
-  EXPECT_EQ(StatusOf(JobFolder(), job, Depth::kSizes)[1].state, State::kDamaged);
+  EXPECT_EQ(StatusOf(JobFolder(), job)[1].state, State::kDamaged);
   EXPECT_FALSE(RunShard(JobFolder(), job, task, 1).was_there);
   Gather(JobFolder(), job, task);
   EXPECT_EQ(BytesOf(task.Outputs()[0]), Whole(task));
@@ -163,7 +122,7 @@ TEST_F(ShardJob, AManifestThatCannotBeReadVouchesForNothing) {
   const Job job = Plan(task, 1);
   RunShard(JobFolder(), job, task, 0);
   core::WriteFileAtomically(ManifestFile(JobFolder(), job.shards[0]), "{\"files\": [");
-  EXPECT_EQ(StatusOf(JobFolder(), job, Depth::kSizes)[0].state, State::kMissing);
+  EXPECT_EQ(StatusOf(JobFolder(), job)[0].state, State::kMissing);
   EXPECT_FALSE(RunShard(JobFolder(), job, task, 0).was_there);
 }
 
@@ -173,13 +132,13 @@ TEST_F(ShardJob, AFailureLeavesItsSentenceUntilItIsMended) {
   task.before_write = [](int) { throw InputError("lamp.exr", "is dark", "light it"); };
   EXPECT_THAT(SentenceOf([&] { RunShard(JobFolder(), job, task, 0); }),
               "lamp.exr: is dark; light it");
-  ShardStatus status = StatusOf(JobFolder(), job, Depth::kSizes)[0];
+  ShardStatus status = StatusOf(JobFolder(), job)[0];
   EXPECT_EQ(status.state, State::kFailed);
   EXPECT_EQ(status.sentence, "lamp.exr: is dark; light it");
   EXPECT_EQ(FindFailure(JobFolder(), job.shards[0])->exit_code, 2);
   task.before_write = {};
   RunShard(JobFolder(), job, task, 0);
-  EXPECT_EQ(StatusOf(JobFolder(), job, Depth::kSizes)[0].state, State::kDone);
+  EXPECT_EQ(StatusOf(JobFolder(), job)[0].state, State::kDone);
   EXPECT_FALSE(FindFailure(JobFolder(), job.shards[0]));
 }
 
@@ -275,14 +234,13 @@ TEST_F(ShardJob, KilledAtAnyStepNothingIsLostAndNothingWrong) {
     int status = 0;
     ASSERT_EQ(waitpid(process, &status, 0), process);
     killed += WIFSIGNALED(status);
-    for (const ShardStatus& one : StatusOf(JobFolder(), job, Depth::kHashes))
+    for (const ShardStatus& one : StatusOf(JobFolder(), job, &task))
       EXPECT_NE(one.state, State::kDamaged) << one.sentence;
   }
   std::printf("%d of 40 runs killed\n", killed);
   EXPECT_GT(killed, 5);
   std::set<State> states;
-  for (const ShardStatus& one : StatusOf(JobFolder(), job, Depth::kHashes))
-    states.insert(one.state);
+  for (const ShardStatus& one : StatusOf(JobFolder(), job, &task)) states.insert(one.state);
   for (int n = 0; n < 4; ++n) RunShard(JobFolder(), job, task, n);
   Gather(JobFolder(), job, task);
   EXPECT_EQ(BytesOf(task.Outputs()[0]), Whole(task));
@@ -319,7 +277,7 @@ TEST_F(ShardJob, StatusTellsWhoWasKilled) {
     _exit(0);
   }
   waitpid(process, nullptr, 0);
-  const auto all = StatusOf(JobFolder(), job, Depth::kSizes);
+  const auto all = StatusOf(JobFolder(), job);
   EXPECT_EQ(all[0].state, State::kMissing);
   EXPECT_EQ(all[1].state, State::kKilled);
   EXPECT_THAT(all[1].sentence, HasSubstr(fmt::format("process {} on", process)));
@@ -345,7 +303,7 @@ TEST_F(ShardJob, AFullDiskIsSaidAndLeavesNothing) {
   int status = 0;
   waitpid(process, &status, 0);
   EXPECT_EQ(WEXITSTATUS(status), 3);
-  const ShardStatus one = StatusOf(JobFolder(), job, Depth::kSizes)[0];
+  const ShardStatus one = StatusOf(JobFolder(), job)[0];
   EXPECT_EQ(one.state, State::kFailed);
   EXPECT_THAT(one.sentence, HasSubstr("cannot write"));
   EXPECT_TRUE(FindScratch(JobFolder()).empty());
@@ -357,22 +315,6 @@ TEST_F(ShardJob, AFolderThatIsNoneIsSaid) {
   const Job job = Plan(task, 1);
   core::WriteFileAtomically(JobFolder() / "scratch", "a file");
   EXPECT_THAT(SentenceOf([&] { RunShard(JobFolder(), job, task, 0); }), HasSubstr("scratch"));
-}
-
-TEST(ShardScripts, SlurmIsToldArrayDependencyTimeAndMemory) {
-  const auto folder = MemoryFolder() / fmt::format("luxfield shard's {}", getpid());
-  std::filesystem::create_directories(folder);
-  const Submission submission{
-      .folder = folder, .program = "/opt/lux field", .shards = {0, 1, 2, 5, 9, 10}};
-  const auto script = WriteSlurmScripts(submission, {.wall_s = 600, .peak_mib = 1000});
-  const std::string shards = BytesOf(folder / "submit/shards.sbatch"), start = BytesOf(script);
-  for (const char* line :
-       {"#SBATCH --array=0-2,5,9-10\n", "#SBATCH --requeue\n", "#SBATCH --time=20\n",
-        "#SBATCH --mem=1756M\n", "'/opt/lux field' shard run"})
-    EXPECT_THAT(shards, HasSubstr(line));
-  EXPECT_THAT(start, HasSubstr("afterok:$array"));
-  EXPECT_THAT(start, HasSubstr("shard'\\''s"));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(ShardJobFile, SaysWhatIsWrong) {
