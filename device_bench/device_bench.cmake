@@ -27,6 +27,7 @@ set(device_bench_sources
     render/device/device_tuning.cc
     render/device/kernel_profile.cc
     render/device/program.cc
+    render/device/program_list.cc
     render/lights/luminaire_on_device.cc
     render/lights/luminaire_params.cc
     render/lights/patch_shadows.cc

@@ -36,7 +36,7 @@ int NativeLanes(RTCDevice device) {
 template <int kLanes, typename Trace>
 void TraceGroups(RTCScene scene, const RayBatch& batch, std::size_t begin, std::size_t end,
                  Trace trace) {
-  RayPacket<kLanes> packet(scene, batch.coherent);
+  RayPacket<kLanes> packet(scene, batch.coherent, batch.made_by);
   const RayRange all{0, static_cast<int>(batch.group_size)};
   for (std::size_t group = begin; group < end; ++group) {
     const RayRange range = batch.ranges.empty() ? all : batch.ranges[group];

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "luxfield/scene/geometry.h"
 #include "luxfield/scene/ray_types.clh"
@@ -32,6 +33,7 @@ struct RayBatch {
   std::size_t group_size = 1;
   std::span<const RayRange> ranges{};
   bool coherent = false;  // neighbours start at one place and go nearly the same way
+  std::string_view made_by = "luxfield";  // the device that made the rays, for the error
 };
 
 // Embree in robust mode, float32. Queries may run on several threads.
@@ -51,7 +53,8 @@ class RayCaster {
 
   // The same for batches, in packets as wide as the processor's vectors, on the threads of the
   // caller's execution. Results lie in their rays' slots; slots that are not traced keep what they
-  // hold. `hidden` becomes 1 where something lies on the ray, else 0.
+  // hold. `hidden` becomes 1 where something lies on the ray, else 0. DeviceError for a ray with a
+  // NaN as an end, or with a coordinate that is not finite or above 1.8e18 between its ends.
   void Intersect(const RayBatch& batch, std::span<PackedHit> hits) const;
   void Occluded(const RayBatch& batch, std::span<std::uint8_t> hidden) const;
 

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <embree3/rtcore.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string_view>
 
+#include "luxfield/core/error.h"
 #include "luxfield/scene/ray_types.clh"
 
 namespace luxfield::scene {
@@ -37,7 +41,9 @@ struct PacketTypes<16> {
 template <int kLanes>
 class RayPacket {
  public:
-  RayPacket(RTCScene scene, bool coherent) : scene_(scene) {
+  // `made_by`: a device, for the error.
+  RayPacket(RTCScene scene, bool coherent, std::string_view made_by)
+      : scene_(scene), made_by_(made_by) {
     rtcInitIntersectContext(&context_);
     if (coherent) context_.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     for (int lane = 0; lane < kLanes; ++lane) packet_.ray.mask[lane] = ~0u;
@@ -62,9 +68,10 @@ class RayPacket {
     slots_[lane] = slot;
   }
 
-  // store(slot, hit) for every ray; leaves the packet empty.
+  // store(slot, hit) for every ray; leaves the packet empty. DeviceError if one cannot be traced.
   template <typename Store>
   void Intersect(Store store) {
+    Check();
     for (int lane = 0; lane < count_; ++lane) packet_.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
     PacketTypes<kLanes>::kIntersect(valid_.data(), scene_, &context_, &packet_);
     for (int lane = 0; lane < count_; ++lane) {
@@ -78,9 +85,10 @@ class RayPacket {
     Clear();
   }
 
-  // store(slot, hidden) for every ray; leaves the packet empty.
+  // store(slot, hidden) for every ray; leaves the packet empty. DeviceError if one cannot be traced.
   template <typename Store>
   void Occluded(Store store) {
+    Check();
     PacketTypes<kLanes>::kOccluded(valid_.data(), scene_, &context_, &packet_.ray);
     for (int lane = 0; lane < count_; ++lane)
       store(slots_[lane], valid_[lane] && packet_.ray.tfar[lane] < 0);  // Embree's mark
@@ -88,6 +96,36 @@ class RayPacket {
   }
 
  private:
+  // Embree's bound of coordinates. At others it ends the program, if it is built to check them.
+  static constexpr float kMost = 1.844e18f;
+
+  bool IsTraceable(int lane) const {
+    const auto& rays = packet_.ray;
+    const auto bounded = [](float x) { return std::abs(x) <= kMost; };
+    const bool is_bounded = bounded(rays.org_x[lane]) & bounded(rays.org_y[lane]) &
+                            bounded(rays.org_z[lane]) & bounded(rays.dir_x[lane]) &
+                            bounded(rays.dir_y[lane]) & bounded(rays.dir_z[lane]);
+    const bool is_empty = valid_[lane] == 0,
+               has_ends = !std::isunordered(rays.tnear[lane], rays.tfar[lane]);
+    return has_ends & (is_bounded | is_empty);
+  }
+
+  void Check() const {
+    bool all = true;
+    for (int lane = 0; lane < kLanes; ++lane) all &= IsTraceable(lane);
+    if (all) return;
+    int lane = 0;
+    while (IsTraceable(lane)) ++lane;
+    const auto& rays = packet_.ray;
+    throw DeviceError(fmt::format(
+        "{} made a ray that cannot be traced, from ({}, {}, {}) along ({}, {}, {}) between {} and "
+        "{}; "
+        "unless coordinates of the scene exceed 1e18 its driver compiles kernels wrongly: use "
+        "another --device or version of the driver, or set LUXFIELD_TUNING=group=1",
+        made_by_, rays.org_x[lane], rays.org_y[lane], rays.org_z[lane], rays.dir_x[lane],
+        rays.dir_y[lane], rays.dir_z[lane], rays.tnear[lane], rays.tfar[lane]));
+  }
+
   // The float so many steps further from 0; 0 itself stays.
   static float Step(float t, int steps) {
     return t > 0 ? std::bit_cast<float>(std::bit_cast<std::int32_t>(t) + steps) : t;
@@ -99,6 +137,7 @@ class RayPacket {
   }
 
   RTCScene scene_;
+  std::string_view made_by_;
   RTCIntersectContext context_;
   typename PacketTypes<kLanes>::RayHit packet_{};
   alignas(64) std::array<int, kLanes> valid_{};

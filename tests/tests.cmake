@@ -139,6 +139,11 @@ set_tests_properties(cluster PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1900)
 # The program judged by Python and numpy, which share no code with it; skipped where numpy is missing.
 add_test(NAME judges COMMAND ${PROJECT_SOURCE_DIR}/tests/judges/run $<TARGET_FILE:luxfield>)
 set_tests_properties(judges PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)
+# Kernels by the compilers of GPUs that are not here; skipped where clang or libclc is missing.
+add_executable(write_programs tests/offline/write_programs.cc)
+target_link_libraries(write_programs PRIVATE luxfield_render)
+add_test(NAME offline COMMAND ${PROJECT_SOURCE_DIR}/tests/offline/offline_test.py $<TARGET_FILE:write_programs>)
+set_tests_properties(offline PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 # Includes go along the arrows of tests/layout/arrows.txt, and the benches can be left out.
 add_test(NAME layout COMMAND ${PROJECT_SOURCE_DIR}/tests/layout/layout_test.py)
 # `./run mutants`, on a tree of a few lines.

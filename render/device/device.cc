@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 #include "luxfield/core/spare_descriptors.h"
 #include "luxfield/render/device/kernel_profile.h"
 #include "luxfield/render/device/opencl_check.h"
@@ -21,32 +22,52 @@ namespace {
 constexpr cl_int kPlatformNotFoundKhr =
     -1001;  // the ICD loader's code when no platform is installed
 
-// PoCL offers no device at all where it cannot make its kernel cache: give it one where the user's
-// own cache folder cannot be written (a container, a service account). Acts before the first OpenCL
-// call.
+namespace fs = std::filesystem;
+
+// Whether nobody else can put a kernel there, which would be run: a folder, no link, of this user, that
+// no other may write to, with none above it in which everybody may rename what is not theirs.
+bool IsOfThisUserAlone(const fs::path& folder) {
+  struct stat status {};
+  if (::lstat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode) ||
+      status.st_uid != ::geteuid() || (status.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+    return false;
+  std::error_code error;
+  const fs::path whole = fs::canonical(folder, error);
+  for (fs::path above = whole.parent_path(); !error; above = above.parent_path()) {
+    if (::stat(above.c_str(), &status) != 0 ||
+        ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0))
+      return false;
+    if (above == above.parent_path()) return true;
+  }
+  return false;
+}
+
+bool CanHoldKernels(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder.parent_path(), error);
+  ::mkdir(folder.c_str(), S_IRWXU);
+  return IsOfThisUserAlone(folder) && ::access(folder.c_str(), W_OK) == 0;
+}
+
+// PoCL offers no device at all where it cannot make its kernel cache, and uses one that another user may
+// have filled: it gets another where its own cannot be written or is not this user's alone (a container, a
+// service account). A name that another user has taken is passed over for the next. Acts before the first
+// OpenCL call.
 void GivePoclACache() {
   if (std::getenv("POCL_CACHE_DIR")) return;
   const char* xdg = std::getenv("XDG_CACHE_HOME");
   const char* home = std::getenv("HOME");
-  std::filesystem::path cache = xdg && *xdg ? xdg : "";
-  if (cache.empty() && home && *home) cache = std::filesystem::path(home) / ".cache";
+  fs::path cache = xdg && *xdg ? xdg : "";
+  if (cache.empty() && home && *home) cache = fs::path(home) / ".cache";
+  if (!cache.empty() && CanHoldKernels(cache / "pocl")) return;
+  const auto give = [](const fs::path& folder) {
+    return CanHoldKernels(folder) && ::setenv("POCL_CACHE_DIR", folder.c_str(), 0) == 0;
+  };
+  if (const fs::path own = core::CacheFile("pocl"); !own.empty() && give(own)) return;
   std::error_code error;
-  if (!cache.empty()) std::filesystem::create_directories(cache / "pocl", error);
-  if (!cache.empty() && !error && ::access((cache / "pocl").c_str(), W_OK) == 0) return;
-  // Kernels from there are run, so it has to be this user's alone; a name that another user has
-  // taken is passed over for the next.
-  for (int n = 0; n < 100; ++n) {
-    const auto fallback = std::filesystem::temp_directory_path(error) /
-                          fmt::format("luxfield-pocl-{}-{}", ::getuid(), n);
-    ::mkdir(fallback.c_str(), S_IRWXU);
-    struct stat info {};
-    constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
-    if (::lstat(fallback.c_str(), &info) != 0 || !S_ISDIR(info.st_mode) ||
-        info.st_uid != ::getuid() || (info.st_mode & kOthers) != 0)
-      continue;
-    ::setenv("POCL_CACHE_DIR", fallback.c_str(), 0);
-    return;
-  }
+  for (int n = 0; n < 100; ++n)
+    if (give(fs::temp_directory_path(error) / fmt::format("luxfield-pocl-{}-{}", ::getuid(), n)))
+      return;
 }
 
 std::vector<cl_device_id> DeviceIds() {

@@ -11,8 +11,9 @@
 namespace luxfield::render {
 
 std::string DeviceTuning::BuildOptions() const {
-  return fmt::format("-D PIXELS={} -D SHARED={} -D LANES={}{}", pixels_per_item, shared_loads,
-                     lanes, exact_divide ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
+  return fmt::format("-cl-std=CL1.2 -D PIXELS={} -D SHARED={} -D LANES={}{}", pixels_per_item,
+                     shared_loads, lanes,
+                     exact_divide ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
 }
 
 std::string DeviceTuning::Text() const {
@@ -27,6 +28,8 @@ DeviceTuning TuningOf(const DeviceInfo& info) {
   tuning.host_rays = info.is_cpu;
   if (info.is_cpu) {
     tuning.lanes = info.native_float_lanes >= 16 ? 16 : info.native_float_lanes >= 8 ? 8 : 4;
+    // Its vectoriser, 2025.3 and 2026.2, loses items of a group where loops diverge within loops.
+    if (info.platform.starts_with("Intel(R)")) tuning.group_size = 1;
   } else {
     tuning.group_size = 64;
     tuning.pixels_per_item = tuning.shared_loads = 2;

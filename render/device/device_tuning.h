@@ -4,7 +4,9 @@
 // to their rounding, places that rays hit up to theirs. Chosen by rule from what the device says of itself:
 //
 //                      CPU                                    GPU
-//   group_size         32: enough to spread over threads      64: a multiple of every wave in use
+//   group_size         32: enough to spread over threads;     64: a multiple of every wave in use
+//                      1 on Intel's runtime, whose compiler
+//                      gives wrong results in groups
 //   pixels_per_item    32: reuse cached windows per channel   2
 //   shared_loads       4 pixels lit from the same loads       2: registers are dearer than loads
 //   lanes              as wide as its vectors: 4, 8 or 16     8: fewer, longer loads
@@ -31,7 +33,8 @@ struct DeviceTuning {
 
   bool operator==(const DeviceTuning&) const = default;
 
-  // For clBuildProgram: -D PIXELS, SHARED and LANES, and the division.
+  // For clBuildProgram: the language, which some drivers take to be OpenCL C 3.0 otherwise, where the
+  // kernels' private pointers are generic ones; -D PIXELS, SHARED and LANES, and the division.
   std::string BuildOptions() const;
   // "group=64,pixels=32,shared=4,lanes=8,divide=1,rays=1", as ParseTuning reads it.
   std::string Text() const;

@@ -7,6 +7,7 @@
 
 #include "luxfield/render/device/opencl_check.h"
 #include "luxfield/render/device/program_cache.h"
+#include "luxfield/render/device/program_list.h"
 
 namespace luxfield::render {
 namespace {
@@ -135,10 +136,10 @@ bool KeepsKernelsItself(const DeviceInfo& device) {
 }
 
 Program Program::Build(const Device& device, std::string_view path, const std::string& options) {
-  device.programs().AddAsked({std::string(path), options});
-  const std::string_view text = EmbeddedSource(path);
-  if (text.empty()) throw DeviceError(fmt::format("no embedded source is called '{}'", path));
-  return BuildText(device, text, std::string(path), options);
+  const ProgramName name{std::string(path), options};
+  RequireListed(name);
+  device.programs().AddAsked(name);
+  return BuildText(device, EmbeddedSource(path), name.path, options);
 }
 
 Program Program::BuildText(const Device& device, std::string_view text, const std::string& name,

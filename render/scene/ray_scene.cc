@@ -1,5 +1,7 @@
 #include "luxfield/render/scene/ray_scene.h"
 
+#include <string>
+
 #include "luxfield/render/scene/device_bvh.h"
 #include "luxfield/scene/ray_caster.h"
 
@@ -13,7 +15,8 @@ const Buffer& RangesOf(const RayBuffers& batch) {
 
 class HostRayScene : public RayScene {
  public:
-  explicit HostRayScene(const scene::Geometry& geometry) : caster_(geometry) {}
+  HostRayScene(const Device& device, const scene::Geometry& geometry)
+      : device_name_(device.info().name), caster_(geometry) {}
 
   void Intersect(const RayBuffers& batch, const Buffer& hits) const override {
     const Mapped<scene::PackedHit> out(hits);
@@ -26,15 +29,17 @@ class HostRayScene : public RayScene {
 
  private:
   template <typename Trace>
-  static void OnHost(const RayBuffers& batch, Trace trace) {
+  void OnHost(const RayBuffers& batch, Trace trace) const {
     const Mapped<const scene::PackedRay> rays(batch.rays);
     const Mapped<const scene::RayRange> ranges(RangesOf(batch));
     trace({.rays = rays.span().first(batch.group_count * batch.group_size),
            .group_size = batch.group_size,
            .ranges = ranges.span(),
-           .coherent = batch.coherent});
+           .coherent = batch.coherent,
+           .made_by = device_name_});
   }
 
+  std::string device_name_;
   scene::RayCaster caster_;
 };
 
@@ -72,7 +77,7 @@ class KernelRayScene : public RayScene {
 }  // namespace
 
 std::unique_ptr<RayScene> MakeRayScene(const Device& device, const scene::Geometry& geometry) {
-  if (device.tuning().host_rays) return std::make_unique<HostRayScene>(geometry);
+  if (device.tuning().host_rays) return std::make_unique<HostRayScene>(device, geometry);
   return std::make_unique<KernelRayScene>(device, geometry);
 }
 

@@ -2,7 +2,8 @@
 // in, hits or visibilities come out. Where the device is a CPU, Embree traces them in place, in
 // packets (scene/ray_caster.h), elsewhere a kernel does (kernels/scene/trace.cl); DeviceTuning says
 // which. Answers are equal but for rays that pass an edge or start or end on a triangle within
-// rounding: some 1e-6 of the coordinates.
+// rounding: some 1e-6 of the coordinates. Embree gets no ray that is not finite: kernels that a driver
+// compiles wrongly may make some, which are a DeviceError.
 //
 //   const auto scene = MakeRayScene(device, geometry);
 //   scene->Intersect({.rays = rays, .group_count = count}, hits);

@@ -10,12 +10,15 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <set>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/render/device/program_cache.h"
+#include "luxfield/render/device/program_list.h"
 #include "luxfield/render/device/programs_ahead.h"
 
 namespace luxfield::render {
@@ -302,6 +305,47 @@ TEST_F(DeviceTest, PoclGetsACacheWhereTheUserHasNone) {
   fs::remove_all(folder);
 }
 
+// Kernels from PoCL's cache are run: one that another user owns, or may write to, is not used.
+TEST_F(DeviceTest, PoclUsesNoCacheThatOthersMayFill) {
+  ListDevices();  // PoCL reads the variable once: here, as it was
+  namespace fs = std::filesystem;
+  const fs::path home = fs::path(testing::TempDir()) / fmt::format("pocl_home_{}", ::getpid()),
+                 pocl = home / "pocl", other = home / "luxfield/pocl";
+  const auto given = [&]() -> std::string {
+    const Variable cache("POCL_CACHE_DIR", nullptr), xdg("XDG_CACHE_HOME", home.c_str());
+    ListDevices();
+    const char* const folder = std::getenv("POCL_CACHE_DIR");
+    return folder ? folder : "PoCL's own";
+  };
+  EXPECT_EQ(given(), "PoCL's own");
+  EXPECT_EQ(fs::status(pocl).permissions(), fs::perms::owner_all);
+  fs::permissions(pocl, fs::perms::owner_all | fs::perms::group_write);
+  EXPECT_EQ(given(), other);
+  EXPECT_EQ(fs::status(other).permissions(), fs::perms::owner_all);
+  fs::permissions(pocl, fs::perms::owner_all | fs::perms::others_write);
+  EXPECT_EQ(given(), other);
+  fs::permissions(pocl, fs::perms::owner_all | fs::perms::others_read | fs::perms::group_read);
+  EXPECT_EQ(given(), "PoCL's own");
+  // Who may rename the folder may put another in its place; not so where names are their owners' alone.
+  fs::permissions(home, fs::perms::all);
+  EXPECT_THAT(given(), testing::HasSubstr("luxfield-pocl"));
+  fs::permissions(home, fs::perms::all | fs::perms::sticky_bit);
+  EXPECT_EQ(given(), "PoCL's own");
+  fs::permissions(home, fs::perms::owner_all);
+  fs::rename(pocl, home / "elsewhere");
+  fs::create_symlink(home / "elsewhere", pocl);
+  EXPECT_EQ(given(), other);
+  fs::remove(pocl);
+  fs::rename(home / "elsewhere", pocl);
+  if (::geteuid() == 0) {  // only root gives files away
+    ASSERT_EQ(::chown(pocl.c_str(), 65534, 65534), 0);
+    EXPECT_EQ(given(), other);
+    fs::permissions(pocl, fs::perms::all);
+    EXPECT_EQ(given(), other);
+  }
+  fs::remove_all(home);
+}
+
 TEST_F(DeviceTest, BuildErrorCarriesTheLogWithFileAndLine) {
   const auto device = Device::Open();
   try {
@@ -366,6 +410,9 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   EXPECT_THAT(gpu.BuildOptions(), testing::Not(testing::HasSubstr("rounded-divide")));
   info.has_exact_divide = true;
   EXPECT_THAT(TuningOf(info).BuildOptions(), testing::HasSubstr("rounded-divide"));
+  // Drivers that choose OpenCL C 3.0 themselves refuse kernels of 1.2.
+  for (const DeviceTuning& tuning : {cpu, gpu})
+    EXPECT_THAT(tuning.BuildOptions(), testing::StartsWith("-cl-std=CL1.2 "));
   EXPECT_EQ(ParseTuning(gpu.Text(), cpu), gpu);
   EXPECT_EQ(ParseTuning("", cpu), cpu);
   EXPECT_EQ(ParseTuning("group=8", cpu).group_size, 8);
@@ -387,6 +434,31 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   Kernel kernel(program, "Size");
   kernel.Set(out).Enqueue(std::size_t{8});
   EXPECT_THAT(out.Download<cl_int>(), testing::Each(4));
+}
+
+// Intel's compiler gives wrong results in groups of more, and wrong pictures.
+TEST(Tuning, OfIntelsRuntimeForProcessorsRunsItemsOneByOne) {
+  DeviceInfo info{.platform = "Intel(R) OpenCL", .is_cpu = true, .native_float_lanes = 8};
+  EXPECT_EQ(TuningOf(info).group_size, 1);
+  EXPECT_EQ(TuningOf(info).lanes, 8);
+  EXPECT_EQ(ParseTuning("group=32", TuningOf(info)).group_size, 32);
+  info.is_cpu = false;  // their GPUs have another compiler
+  EXPECT_EQ(TuningOf(info).group_size, 64);
+  info = {.platform = "Portable Computing Language", .is_cpu = true};
+  EXPECT_EQ(TuningOf(info).group_size, 32);
+}
+
+TEST(ProgramList, HoldsEachProgramOnceAndItsText) {
+  const auto& all = AllPrograms();
+  EXPECT_EQ(std::set<ProgramName>(all.begin(), all.end()).size(), all.size());
+  for (const auto& [path, options] : all) EXPECT_NE(EmbeddedSource(path), "") << path;
+}
+
+TEST(ProgramList, IsWhatCanBeBuilt) {
+  RequireListed({"kernels/luminaire/exact.cl", ""});
+  RequireListed({"kernels/luminaire/exact.cl", " -D  SHADOW_MAPS=1 "});
+  EXPECT_THROW(RequireListed({"kernels/luminaire/exact.cl", "-D SHADOW_MAPS=2"}), std::logic_error);
+  EXPECT_THROW(Program::Build(Device::Open(), "kernels/none.cl"), std::logic_error);
 }
 
 TEST(Includes, AreResolvedOnceWithTheirLines) {

@@ -318,5 +318,54 @@ TEST(RayScene, HostAndKernelAgree) {
   EXPECT_LT(unsure, 200);
 }
 
+// Kernels that a driver compiles wrongly make such rays, and Embree may end the program at one.
+TEST(HostRays, ThatAreNotFiniteAreAnErrorThatNamesTheDevice) {
+  const Device device = DeviceThatTraces(kHost);
+  const Geometry geometry = TriangleSoup(20, 7);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
+                  kInfinity = std::numeric_limits<float>::infinity();
+  const auto expect_refused = [&](const PackedRay& wrong, const char* what) {
+    // In a packet of its own and in the middle of one.
+    for (const std::size_t count : {std::size_t{1}, std::size_t{37}}) {
+      std::vector<PackedRay> rays(count, MakeRay({0, 0, 5}, {0, 0, -1}));
+      rays[count / 2] = wrong;
+      EXPECT_THAT([&] { Trace(device, geometry, rays); },
+                  testing::ThrowsMessage<DeviceError>(testing::AllOf(
+                      testing::StartsWith(device.info().name), testing::HasSubstr("--device"))))
+          << what;
+    }
+  };
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float value : {kNan, kInfinity, -kInfinity, 1e19f, -1e19f}) {
+      PackedRay wrong = MakeRay({0, 0, 5}, {0, 0, -1});
+      wrong.origin[axis] = value;
+      expect_refused(wrong, "origin");
+      wrong = MakeRay({0, 0, 5}, {0, 0, -1});
+      wrong.direction[axis] = value;
+      expect_refused(wrong, "direction");
+    }
+  PackedRay wrong = MakeRay({0, 0, 5}, {0, 0, -1});
+  wrong.t_min = kNan;
+  expect_refused(wrong, "t_min");
+  wrong = MakeRay({0, 0, 5}, {0, 0, -1}, kNan);
+  expect_refused(wrong, "t_max");
+}
+
+// Rays without end, from far away, and of no length, which meet nothing wherever they are.
+TEST(HostRays, MayBeLongAndEmpty) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
+                  kInfinity = std::numeric_limits<float>::infinity();
+  Geometry geometry;
+  scene::AppendQuad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 0, geometry);
+  const auto [hits, hidden] =
+      Trace(DeviceThatTraces(kHost), geometry,
+            {MakeRay({0, 0, 5}, {0, 0, -1}, kInfinity), MakeRay({0, 0, 1e18}, {0, 0, -1}, 2e18),
+             MakeRay({kNan, kNan, kNan}, {kNan, kNan, kNan}, 0)});
+  EXPECT_THAT(hidden, testing::ElementsAre(1, 1, 0));
+  EXPECT_EQ(hits[0].t, 5);
+  EXPECT_EQ(hits[1].t, 1e18f);
+  EXPECT_EQ(hits[2].triangle, -1);
+}
+
 }  // namespace
 }  // namespace luxfield::render

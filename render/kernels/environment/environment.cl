@@ -39,8 +39,9 @@ __kernel void DrawSets(ENVIRONMENT_ARGUMENTS, __constant const SamplingParams* s
 }
 
 // Adds a sample that counts `share` times where samples are `density` a steradian.
-inline void AddEnvironmentLight(const LitPoint* receiver, const ShadowRays* shadow, float3 direction,
-                                float3 radiance, float share, float density, Totals* totals) {
+static inline void AddEnvironmentLight(const LitPoint* receiver, const ShadowRays* shadow,
+                                       float3 direction, float3 radiance, float share,
+                                       float density, Totals* totals) {
   const bool useful = dot(receiver->brdf.normal, direction) > 0.0f && density > 0.0f;
   if (useful || !COUNT_USEFUL) ++totals->count;
   if (useful)

@@ -14,7 +14,7 @@ typedef struct TexelRow {
   int radiance, solid_angle;  // of its first texel in the radiance and solid angles of a cube map
 } TexelRow;
 
-TexelRow LocateRow(__constant const EnvironmentParams* params, int row) {
+static inline TexelRow LocateRow(__constant const EnvironmentParams* params, int row) {
   const int n = params->tile_size, size = params->face_size, tiles = params->tiles_per_side,
             tile = row / n, face = tile / (tiles * tiles), tile_row = tile / tiles % tiles,
             face_row = tile_row * n + row % n, column = tile % tiles * n;
@@ -23,7 +23,7 @@ TexelRow LocateRow(__constant const EnvironmentParams* params, int row) {
 }
 
 // Adds up the values of a group's items; every item gets the sum.
-float SumOfGroup(float value, __local float* scratch) {
+static inline float SumOfGroup(float value, __local float* scratch) {
   const int item = get_local_id(0);
   scratch[item] = value;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -38,7 +38,7 @@ float SumOfGroup(float value, __local float* scratch) {
 
 // The sum of the values of the items before this one (Hillis and Steele 1986); `total` gets that of
 // all.
-ulong SumBefore(ulong value, __local ulong* scratch, ulong* total) {
+static inline ulong SumBefore(ulong value, __local ulong* scratch, ulong* total) {
   const int item = get_local_id(0), items = get_local_size(0);
   scratch[item] = value;
   barrier(CLK_LOCAL_MEM_FENCE);

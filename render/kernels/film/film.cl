@@ -5,11 +5,11 @@
 #include "luxfield/render/kernels/math/variance.clh"
 
 // Sums of rows: row 0 is the whole light, row 1 + l that of light l where lights are told apart.
-inline size_t RowPlace(int row, int count, int pixel) { return (size_t)row * count + pixel; }
+static inline size_t RowPlace(int row, int count, int pixel) { return (size_t)row * count + pixel; }
 
 // By what the luminance of `light` changes where its channels are scaled; between the least and the
 // most of the scales, which holds of all light that is nowhere negative.
-inline float LuminanceScale(float3 light, float3 scale) {
+static inline float LuminanceScale(float3 light, float3 scale) {
   const float least = fmin(fmin(scale.x, scale.y), scale.z),
               most = fmax(fmax(scale.x, scale.y), scale.z), luminance = Luminance(light);
   return luminance == 0.0f ? most : clamp(Luminance(scale * light) / luminance, least, most);
@@ -71,7 +71,7 @@ typedef struct DrawnLight {
   int samples;
 } DrawnLight;
 
-inline DrawnLight FindDrawn(FOUND_ARGUMENTS, float3 albedo, LitDraw draw) {
+static inline DrawnLight FindDrawn(FOUND_ARGUMENTS, float3 albedo, LitDraw draw) {
   const float3 scale = draw.weight * vload3(0, draw.scale);
   DrawnLight drawn;
   drawn.light = scale * irradiance[draw.place].xyz;

@@ -17,7 +17,7 @@
 #define DEFENSIVE_CHILD 0.02f
 
 // The part of a node's share that goes to its left child.
-inline float LeftShare(float left, float right) {
+static inline float LeftShare(float left, float right) {
   if (!(left > 0.0f)) return 0.0f;
   if (!(right > 0.0f)) return 1.0f;
   return (1.0f - DEFENSIVE_CHILD) * left / (left + right) + 0.5f * DEFENSIVE_CHILD;
@@ -34,9 +34,9 @@ typedef struct Selection {
 } Selection;
 
 // Deals a node's share out to its leaves.
-inline void Descend(__global const LightNode* nodes, __global const TreeLight* lights,
-                    __global const float* tables, float3 position, float3 normal, Share share,
-                    float xi, Selection* selection) {
+static inline void Descend(__global const LightNode* nodes, __global const TreeLight* lights,
+                           __global const float* tables, float3 position, float3 normal,
+                           Share share, float xi, Selection* selection) {
   Share stack[kMostDepth];
   int depth = 1;
   stack[0] = share;

@@ -12,8 +12,8 @@
 // What bounds leave to rounding.
 #define ROUNDED_UP 1.0001f
 
-inline float LuminaireBound(__global const TreeLight* light, __global const float* tables,
-                            float3 position, float3 normal) {
+static inline float LuminaireBound(__global const TreeLight* light, __global const float* tables,
+                                   float3 position, float3 normal) {
   const float3 d = position - vload3(0, light->position);
   const float3 p = InLight(light, d), n = InLight(light, normal);
   if (!(p.z > 0.0f)) return 0.0f;
@@ -36,7 +36,7 @@ inline float LuminaireBound(__global const TreeLight* light, __global const floa
 }
 
 // INFINITY where none is known.
-inline float NodeBound(__global const LightNode* node, float3 position, float3 normal) {
+static inline float NodeBound(__global const LightNode* node, float3 position, float3 normal) {
   const float3 d = position - vload3(0, node->centre);
   const float radius = node->radius, height = -dot(normal, d) + radius, distance = length(d),
               nearest = distance - radius;
@@ -49,9 +49,9 @@ inline float NodeBound(__global const LightNode* node, float3 position, float3 n
 }
 
 // Writes the lights that matter to `found`, if that is not null; returns how many there are.
-inline int FindSignificant(__global const LightNode* nodes, __global const TreeLight* lights,
-                           __global const float* tables, float3 position, float3 normal,
-                           float share, __global int* found) {
+static inline int FindSignificant(__global const LightNode* nodes, __global const TreeLight* lights,
+                                  __global const float* tables, float3 position, float3 normal,
+                                  float share, __global int* found) {
   Cut cut;
   MakeCut(nodes, lights, tables, position, normal, &cut);
   float left_out = 0.0f;

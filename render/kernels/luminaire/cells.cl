@@ -14,10 +14,10 @@
 #endif
 
 // Adds a sample at a point of a cell.
-inline void AddCellSample(__constant const LuminaireParams* luminaire, __global const float* images,
-                          const CellTables* tables, const Surface* surface, const ShadowRays* shadow,
-                          int brdf_samples, const CellProposal* proposal, WindowSample at,
-                          Totals* totals) {
+static inline void AddCellSample(__constant const LuminaireParams* luminaire,
+                                 __global const float* images, const CellTables* tables,
+                                 const Surface* surface, const ShadowRays* shadow, int brdf_samples,
+                                 const CellProposal* proposal, WindowSample at, Totals* totals) {
   const int a = proposal->window.i, b = proposal->window.j;
   const float3 to_lamp = ToLamp(luminaire, surface, a, b, at.y);
   float expected = CellExpectation(tables, proposal, at);
@@ -33,10 +33,11 @@ inline void AddCellSample(__constant const LuminaireParams* luminaire, __global 
 // Samples that follow the BRDF. A direction that misses the lamp's cells, their windows or the
 // upper side of the surface is a sample of no light, and so is one into a cell that shadow maps
 // hide.
-inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
-                           __global const float* images, const CellTables* tables,
-                           const Surface* surface, const ShadowRays* shadow, Windows windows,
-                           const Allocation* allocation, int count, uint4 words, Totals* totals) {
+static inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
+                                  __global const float* images, const CellTables* tables,
+                                  const Surface* surface, const ShadowRays* shadow, Windows windows,
+                                  const Allocation* allocation, int count, uint4 words,
+                                  Totals* totals) {
   BrdfDraws draws = StartBrdfDraws(count, words, tables->cells.x * tables->cells.y);
   for (int k = 0; k < count; ++k) {
     float3 to_lamp;
@@ -60,10 +61,11 @@ inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
 }
 #endif
 
-inline Totals LightCells(__constant const LuminaireParams* luminaire,
-                         __constant const SamplingParams* sampling, __global const float* images,
-                         const CellTables* tables, const Surface* surface,
-                         const ShadowRays* shadow, const LightTask* task, Windows windows) {
+static inline Totals LightCells(__constant const LuminaireParams* luminaire,
+                                __constant const SamplingParams* sampling,
+                                __global const float* images, const CellTables* tables,
+                                const Surface* surface, const ShadowRays* shadow,
+                                const LightTask* task, Windows windows) {
   Totals totals = NoLight();
   const float total = WeightedTotal(luminaire, tables, surface, windows);
   if (!(total > 0.0f)) return totals;

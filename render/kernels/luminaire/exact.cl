@@ -20,7 +20,7 @@ typedef struct Pixel {
 } Pixel;
 
 // The first and the last texel that knot q lies in, over the pixels.
-inline int2 KnotTexels(const Pixel* pixels, int count, int dimension, int q) {
+static inline int2 KnotTexels(const Pixel* pixels, int count, int dimension, int q) {
   int2 texels = AxisTexel(&pixels[0].axis[dimension], q);
   for (int k = 1; k < count; ++k) {
     const int texel = AxisTexel(&pixels[k].axis[dimension], q);
@@ -30,14 +30,14 @@ inline int2 KnotTexels(const Pixel* pixels, int count, int dimension, int q) {
 }
 
 // Texels that the pixels see between two knots, together.
-inline int2 JoinedTexels(int2 knot_a, int2 knot_b, int texels) {
+static inline int2 JoinedTexels(int2 knot_a, int2 knot_b, int texels) {
   return TexelsBetween(min(knot_a.x, knot_b.x), max(knot_a.y, knot_b.y), texels);
 }
 
 // True if lighting the pixels together touches at most half as many texels again as the smallest of
 // their windows needs: they see nearly the same.
-inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
-                         int count) {
+static inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                                int count) {
   for (int dimension = 0; dimension < 2; ++dimension) {
     const int middle = luminaire->axis[dimension].count / 2, end = middle + luminaire->basis.cells,
               texels = luminaire->axis[dimension].texels;
@@ -53,9 +53,9 @@ inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixe
 
 // The texels that the pixels see through `count` basis functions from `first` on, together.
 // Returns the number of chunks of kChunk texels that the longest of these windows takes.
-inline int JoinedWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
-                         int pixel_count, int dimension, int first, int count,
-                         int2 windows[kBasis]) {
+static inline int JoinedWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                                int pixel_count, int dimension, int first, int count,
+                                int2 windows[kBasis]) {
   const int cells = luminaire->basis.cells;
   int2 knots[kBasis + kMaxCells];
   for (int q = 0; q < count + cells; ++q)
@@ -70,9 +70,10 @@ inline int JoinedWindows(__constant const LuminaireParams* luminaire, const Pixe
 
 // Weights of `count` basis functions from `first` on for the `chunk`-th kChunk texels of their
 // windows, per pixel.
-inline void MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
-                      int pixel_count, int dimension, int first, int count,
-                      const int2 windows[kBasis], int chunk, TexelWeights weights[SHARED][kBasis]) {
+static inline void MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                             int pixel_count, int dimension, int first, int count,
+                             const int2 windows[kBasis], int chunk,
+                             TexelWeights weights[SHARED][kBasis]) {
   for (int k = 0; k < pixel_count; ++k) {
     for (int i = 0; i < count; ++i) {
       const int begin = windows[i].x + chunk * kChunk;
@@ -97,9 +98,9 @@ typedef struct Sums {
 #define SHARE(k, j) 1.0f
 #endif
 
-__attribute__((always_inline)) inline void AddRow(const Lanes* texels, const TexelWeights* rows,
-                                                  float share, int r, const int vectors,
-                                                  Sums* sums) {
+__attribute__((always_inline)) static inline void AddRow(const Lanes* texels,
+                                                         const TexelWeights* rows, float share,
+                                                         int r, const int vectors, Sums* sums) {
   const Lanes y = share * Zeroth(rows)[r], g = share * Facing(rows)[r];
 #pragma unroll
   for (int v = 0; v < vectors; ++v) {
@@ -108,9 +109,9 @@ __attribute__((always_inline)) inline void AddRow(const Lanes* texels, const Tex
   }
 }
 
-__attribute__((always_inline)) inline Lanes AcrossColumns(const Sums* sums,
-                                                          const TexelWeights* columns,
-                                                          const int vectors) {
+__attribute__((always_inline)) static inline Lanes AcrossColumns(const Sums* sums,
+                                                                 const TexelWeights* columns,
+                                                                 const int vectors) {
   Lanes sum = 0.0f;
 #pragma unroll
   for (int v = 0; v < vectors; ++v)
@@ -120,7 +121,7 @@ __attribute__((always_inline)) inline Lanes AcrossColumns(const Sums* sums,
 
 // Adds one channel of `count` images above each other to `sum`, per pixel: columns `i` of the
 // weights, `vectors` Lanes wide. The compiler knows `pixels` and `vectors`.
-__attribute__((always_inline)) inline void LightColumn(
+__attribute__((always_inline)) static inline void LightColumn(
     __global const float* image, size_t image_stride, int row_stride,
     TexelWeights columns[SHARED][kBasis], int i, TexelWeights rows[SHARED][kBasis],
     const float share[SHARED][kBasis], int count, const int pixels, const int vectors, Lanes* sum) {
@@ -149,11 +150,9 @@ __attribute__((always_inline)) inline void LightColumn(
 }
 
 // Adds one channel of sum_m E_m / (delta^2 / z^3 h^2) to `sum`, lane by lane, per pixel.
-__attribute__((always_inline)) inline void LightPixels(__constant const LuminaireParams* luminaire,
-                                                       __global const float* images,
-                                                       __global const uint* seen,
-                                                       const Pixel* pixels, const int count,
-                                                       int channel, Lanes* sum) {
+__attribute__((always_inline)) static inline void LightPixels(
+    __constant const LuminaireParams* luminaire, __global const float* images,
+    __global const uint* seen, const Pixel* pixels, const int count, int channel, Lanes* sum) {
   const int width = luminaire->axis[0].count, height = luminaire->axis[1].count;
   const int channels = luminaire->channels, row_stride = luminaire->row_stride;
   const size_t plane = (size_t)luminaire->axis[1].texels * row_stride;

@@ -20,7 +20,7 @@ typedef struct Piece {
   int i, j, parts, a, b;
 } Piece;
 
-inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
+static inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
   if (part == parts) return MakeKnot(axis, cell + 1);
   return KnotAt(axis->first + cell * axis->step + (axis->step / parts) * part);
 }
@@ -32,7 +32,7 @@ typedef struct PieceSide {
   Knot near, far;
 } PieceSide;
 
-inline PieceSide MakePieceSide(const Axis* axis, int cell, int part, int parts) {
+static inline PieceSide MakePieceSide(const Axis* axis, int cell, int part, int parts) {
   PieceSide side;
   side.axis = axis;
   side.cell = cell;
@@ -49,8 +49,8 @@ typedef struct LaneMoments {
 } LaneMoments;
 
 // Of the texels `first` .. for the basis function that begins at knot `function`.
-inline LaneMoments PieceWeights(__constant const BasisParams* basis, const PieceSide* side,
-                                 int function, int first) {
+static inline LaneMoments PieceWeights(__constant const BasisParams* basis, const PieceSide* side,
+                                       int function, int first) {
   const float length = 1.0f / (float)side->parts;
   const bool forward = side->axis->step >= 0;
   const SeenPart seen = SeePart(side->axis, forward ? side->near : side->far,
@@ -77,8 +77,8 @@ typedef struct Strip {
   float zeroth[kMaxCells][kStripTexels], moment[kMaxCells][kStripTexels];
 } Strip;
 
-inline void FillStrip(__constant const LuminaireParams* luminaire, const Piece* piece,
-                      const PieceSide* side, int first, Strip* strip) {
+static inline void FillStrip(__constant const LuminaireParams* luminaire, const Piece* piece,
+                             const PieceSide* side, int first, Strip* strip) {
   if (strip->j == piece->j && strip->parts == piece->parts && strip->b == piece->b &&
       strip->first == first)
     return;
@@ -99,8 +99,9 @@ inline void FillStrip(__constant const LuminaireParams* luminaire, const Piece* 
 }
 
 // The moments of a piece.
-inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global const float* images,
-                        const Surface* surface, const Piece* piece, Strip* strip) {
+static inline Moments SumPiece(__constant const LuminaireParams* luminaire,
+                               __global const float* images, const Surface* surface,
+                               const Piece* piece, Strip* strip) {
   Moments sum;
   for (int channel = 0; channel < 3; ++channel)
     sum.m00[channel] = sum.m10[channel] = sum.m01[channel] = 0.0f;
@@ -143,8 +144,8 @@ inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global co
 
 // Adds what a piece of light sends to the pixel, energy[channel] (irradiance / FluxScale) arriving
 // from `from`, in h from the lower corner of all supports.
-inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface* surface,
-                      const float* energy, const float2* from, Totals* totals) {
+static inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface* surface,
+                             const float* energy, const float2* from, Totals* totals) {
   float light[3] = {0.0f, 0.0f, 0.0f}, shown[3] = {0.0f, 0.0f, 0.0f};
   for (int channel = 0; channel < luminaire->channels; ++channel) {
     const float3 f = EvaluateBrdf(&surface->brdf,
@@ -162,7 +163,7 @@ inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface
 
 // Where in h a centroid `at` of a piece lies, in pieces about its middle. Negative coefficients may
 // pull it out of the piece.
-inline float2 PlaceOf(const Piece* piece, float2 at) {
+static inline float2 PlaceOf(const Piece* piece, float2 at) {
   const float part = 1.0f / (float)piece->parts;
   return (float2)((float)piece->i, (float)piece->j) +
          part * ((float2)((float)piece->a + 0.5f, (float)piece->b + 0.5f) +
@@ -171,9 +172,10 @@ inline float2 PlaceOf(const Piece* piece, float2 at) {
 
 // A block of images wholly above the horizon, which `horizon` gives at the lower corner of all
 // supports. False, and nothing is added, where negative coefficients leave no centroid in it.
-inline bool LightBlock(__constant const LuminaireParams* luminaire, __global const float* images,
-                       const Surface* surface, const Horizon* horizon, const BlockSide* x,
-                       const BlockSide* y, Totals* totals) {
+static inline bool LightBlock(__constant const LuminaireParams* luminaire,
+                              __global const float* images, const Surface* surface,
+                              const Horizon* horizon, const BlockSide* x, const BlockSide* y,
+                              Totals* totals) {
   const float2 middle = (float2)(x->middle, y->middle);
   const float centre =
       horizon->at_corner + middle.x * horizon->along_x + middle.y * horizon->along_y;
@@ -194,9 +196,9 @@ inline bool LightBlock(__constant const LuminaireParams* luminaire, __global con
 
 // All light, by blocks of at most `most` images along each axis; false where a block has no
 // centroid, or sees more texels than its weights hold.
-inline bool LightByBlocks(__constant const LuminaireParams* luminaire,
-                          __global const float* images, const Surface* surface, int most,
-                          Totals* totals) {
+static inline bool LightByBlocks(__constant const LuminaireParams* luminaire,
+                                 __global const float* images, const Surface* surface, int most,
+                                 Totals* totals) {
   if (!SupportsFit(luminaire, &surface->x) || !SupportsFit(luminaire, &surface->y)) return false;
   const Horizon horizon =
       HorizonAtBasis(luminaire, &surface->receiver, &surface->x, &surface->y, 0, 0);
@@ -216,9 +218,10 @@ inline bool LightByBlocks(__constant const LuminaireParams* luminaire,
 }
 
 // A piece wholly above the horizon.
-inline void LightPiece(__constant const LuminaireParams* luminaire, __global const float* images,
-                       const Surface* surface, const Horizon* horizon, const Piece* piece,
-                       Strip* strip, Totals* totals) {
+static inline void LightPiece(__constant const LuminaireParams* luminaire,
+                              __global const float* images, const Surface* surface,
+                              const Horizon* horizon, const Piece* piece, Strip* strip,
+                              Totals* totals) {
   const Moments moments = SumPiece(luminaire, images, surface, piece, strip);
   const float part = 1.0f / (float)piece->parts;
   const float centre = horizon->at_corner + part * (((float)piece->a + 0.5f) * horizon->along_x +
@@ -236,9 +239,9 @@ inline void LightPiece(__constant const LuminaireParams* luminaire, __global con
 
 // A piece that the horizon cuts: exact energy texel by texel, its centroid from the middles of the
 // texels' lit parts.
-inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global const float* images,
-                          const Surface* surface, const Horizon* horizon, const Piece* piece,
-                          Totals* totals) {
+static inline void LightCutPiece(__constant const LuminaireParams* luminaire,
+                                 __global const float* images, const Surface* surface,
+                                 const Horizon* horizon, const Piece* piece, Totals* totals) {
   __constant const BasisParams* basis = &luminaire->basis;
   const float part = 1.0f / (float)piece->parts;
   const float2 corner = part * (float2)((float)piece->a, (float)piece->b);
@@ -287,8 +290,8 @@ inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global 
 
 // Into how many parts along each axis a u-cell is cut for an error of `max_error` times what it
 // shows.
-inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surface* surface, int i,
-                       int j, float max_error) {
+static inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surface* surface,
+                              int i, int j, float max_error) {
   const float3 to_lamp = ToLamp(luminaire, surface, i, j, (float2)(0.5f, 0.5f));
   // From the nearest point of the cell: before F a cell may fill the hemisphere.
   const float h = luminaire->axis[0].spacing.hi;
@@ -300,8 +303,9 @@ inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surfac
 }
 
 // All light, by u-cells and their parts.
-inline void LightByCells(__constant const LuminaireParams* luminaire, __global const float* images,
-                         const Surface* surface, float max_error, Totals* totals) {
+static inline void LightByCells(__constant const LuminaireParams* luminaire,
+                                __global const float* images, const Surface* surface,
+                                float max_error, Totals* totals) {
   Strip strip;
   strip.parts = 0;
   const int ramp = luminaire->basis.cells - 1;

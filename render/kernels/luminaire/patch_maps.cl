@@ -30,14 +30,15 @@ __kernel void GatherPatchTriangles(__constant const LuminaireParams* luminaire,
 
 // Each product is rounded by itself, so that the two sides of an edge that triangles share differ
 // in nothing but the sign: no direction passes between them.
-inline float3 EdgeNormal(float3 a, float3 b) {
+static inline float3 EdgeNormal(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 first = a.yzx * b.zxy, second = a.zxy * b.yzx;
   return first - second;
 }
 
 // Texels [x, z) x [y, w) whose centres the triangle may cover.
-inline int4 CoveredTexels(float3 a, float3 b, float3 c, float2 low, float inverse_texel, int size) {
+static inline int4 CoveredTexels(float3 a, float3 b, float3 c, float2 low, float inverse_texel,
+                                 int size) {
   if (!(fmin(a.z, fmin(b.z, c.z)) > 0.0f)) return (int4)(0, 0, size, size);
   const float2 ta = a.xy / a.z, tb = b.xy / b.z, tc = c.xy / c.z;
   // Half a texel is left out of the border, a hundredth is for rounding.
@@ -49,9 +50,9 @@ inline int4 CoveredTexels(float3 a, float3 b, float3 c, float2 low, float invers
 }
 
 // Rows [first_row, last_row) of one map. `size` is a multiple of 16.
-inline void DrawTriangle(__global const float4* triangle, float3 point, float2 low, float texel,
-                         int size, float nearest, int first_row, int last_row,
-                         __global float* map) {
+static inline void DrawTriangle(__global const float4* triangle, float3 point, float2 low,
+                                float texel, int size, float nearest, int first_row, int last_row,
+                                __global float* map) {
   const float3 a = triangle[0].xyz - point, b = triangle[1].xyz - point,
                c = triangle[2].xyz - point;
   const int4 covered = CoveredTexels(a, b, c, low, 1.0f / texel, size);

@@ -31,16 +31,17 @@ typedef struct Strip {
 } Strip;
 
 // True if the windows of receivers at `a` meet the images along one axis.
-inline int16 MeetsImages(__constant const PatchParams* patches, int dimension, float16 a,
-                         float16 shrink) {
+static inline int16 MeetsImages(__constant const PatchParams* patches, int dimension, float16 a,
+                                float16 shrink) {
   const float16 half_window = shrink * patches->extent[dimension];
   return a + half_window >= patches->image_low[dimension] &&
          a - half_window <= patches->image_high[dimension];
 }
 
-inline void LoadStrip(__constant const LuminaireParams* luminaire,
-                      __constant const PatchParams* patches, __global const float4* positions,
-                      __global const float4* normals, Strip* strip) {
+static inline void LoadStrip(__constant const LuminaireParams* luminaire,
+                             __constant const PatchParams* patches,
+                             __global const float4* positions, __global const float4* normals,
+                             Strip* strip) {
   float16 hit, unused;
   const Vectors world = LoadVectors(positions, strip->first, strip->end, &hit);
   const Vectors p = PointsInFrame(luminaire, world);
@@ -65,7 +66,7 @@ inline void LoadStrip(__constant const LuminaireParams* luminaire,
       1e-6f + 1e-5f * fmax(fabs(world.x), fmax(fabs(world.y), fabs(world.z)));
 }
 
-inline float3 LaneOf(const Vectors* v, int lane) {
+static inline float3 LaneOf(const Vectors* v, int lane) {
   const float* x = (const float*)&v->x;
   const float* y = (const float*)&v->y;
   const float* z = (const float*)&v->z;
@@ -73,7 +74,7 @@ inline float3 LaneOf(const Vectors* v, int lane) {
 }
 
 // The first lane of a mask that has any.
-inline int FirstOf(int16 mask) {
+static inline int FirstOf(int16 mask) {
   int lanes[16];
   vstore16(mask, 0, lanes);
   int lane = 0;
@@ -91,7 +92,7 @@ typedef struct Tile {
 } Tile;
 
 // False if no receiver of the strips may see light.
-inline bool MakeTile(const Strip* strips, int count, Tile* tile) {
+static inline bool MakeTile(const Strip* strips, int count, Tile* tile) {
   int begin = 0;
   while (begin < count && !AnyOf(strips[begin].lit)) ++begin;
   if (begin == count) return false;
@@ -134,7 +135,7 @@ typedef struct Planes {
 } Planes;
 
 // `height` is n.(u_k - p), counted as 0 where the patch lies behind the plane and sends no light.
-inline Planes MakePlanes(Vectors n, float16 height, float16 lift) {
+static inline Planes MakePlanes(Vectors n, float16 height, float16 lift) {
   const float16 inverse = -1.0f / fmax(fmax(height - lift, 0.5f * height), 1e-20f);
   const Planes planes = {n.x * inverse, n.y * inverse, n.z * inverse};
   return planes;
@@ -149,12 +150,12 @@ typedef struct PatchLanes {
   int16 above;  // the patch lies in front of the plane
 } PatchLanes;
 
-inline int16 FirstTexel(float16 low, float16 edge, float inverse_texel) {
+static inline int16 FirstTexel(float16 low, float16 edge, float inverse_texel) {
   return convert_int16(floor(clamp((low - edge) * inverse_texel - 0.5f, -2.0f, 1e6f)));
 }
 
-inline void MakePatchLanes(__constant const PatchParams* patches, const Tile* tile,
-                           PatchLanes* lanes) {
+static inline void MakePatchLanes(__constant const PatchParams* patches, const Tile* tile,
+                                  PatchLanes* lanes) {
   enum { kMost = 32 };  // texels along a side
   const float16 x = vload16(0, patches->x), y = vload16(0, patches->y),
                 low_x = vload16(0, patches->low_x), low_y = vload16(0, patches->low_y);
@@ -185,8 +186,8 @@ inline void MakePatchLanes(__constant const PatchParams* patches, const Tile* ti
 enum { kHidden, kSeen, kMixed };
 
 // What the texels that the tile's pixels look at say of patch k.
-inline int SeenByTile(__constant const PatchParams* patches, __global const float* maps, int k,
-                      const PatchLanes* lanes) {
+static inline int SeenByTile(__constant const PatchParams* patches, __global const float* maps,
+                             int k, const PatchLanes* lanes) {
   const float texel = patches->texel;
   const float16 numbers = (float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   int16 hidden = 0, seen = 0;
@@ -221,8 +222,8 @@ typedef struct LookUps {
 // Outside the map there is no light, and nothing is hidden. `contact`: where they differ by
 // something as near to the receiver as some texels are wide on its plane, so that its shadow is
 // sharper than the map.
-inline float16 LookUp(__constant const PatchParams* patches, __global const float* maps,
-                      const LookUps* looks, int16* contact) {
+static inline float16 LookUp(__constant const PatchParams* patches, __global const float* maps,
+                             const LookUps* looks, int16* contact) {
   const float texel = patches->texel, inverse = 1.0f / texel, last = (float)(patches->size - 1);
   const float16 x = (looks->tangent_x - looks->low_x) * inverse - 0.5f,
                 y = (looks->tangent_y - looks->low_y) * inverse - 0.5f;
@@ -276,9 +277,9 @@ typedef struct Rays {
 
 // Replaces what a pixel sees of the patches in contact by rays to some of them: what lies so near
 // hides all of them, or nearly.
-inline void TraceContact(__constant const LuminaireParams* luminaire,
-                         __constant const PatchParams* patches, Rays rays, int pixel, uint contact,
-                         float* visible, int stride) {
+static inline void TraceContact(__constant const LuminaireParams* luminaire,
+                                __constant const PatchParams* patches, Rays rays, int pixel,
+                                uint contact, float* visible, int stride) {
   __constant const DoubleFloat* o = luminaire->position;
   const float3 origin = (float3)(o[0].hi, o[1].hi, o[2].hi);
   const int count = popcount(contact), rays_asked = min(count, (int)kRaysForContact);
@@ -301,7 +302,7 @@ inline void TraceContact(__constant const LuminaireParams* luminaire,
 }
 
 // The nodes beside x: the first, clamped, and how far x is from it to the next.
-inline float Node(__constant const PatchAxis* axis, float x, int* first) {
+static inline float Node(__constant const PatchAxis* axis, float x, int* first) {
   const float position =
       clamp((x - axis->first) * axis->inverse_spacing, 0.0f, (float)(axis->nodes - 1));
   *first = min((int)position, axis->nodes - 2);
@@ -309,9 +310,9 @@ inline float Node(__constant const PatchAxis* axis, float x, int* first) {
 }
 
 // w_k of all patches.
-inline float16 Weights(__constant const LuminaireParams* luminaire,
-                       __constant const PatchParams* patches, __global const float* light, float3 p,
-                       float3 n) {
+static inline float16 Weights(__constant const LuminaireParams* luminaire,
+                              __constant const PatchParams* patches, __global const float* light,
+                              float3 p, float3 n) {
   const float tau = luminaire->delta.hi / p.z;
   int ix, iy, iz;
   const float fx = Node(&patches->axis[0], tau * (p.x - patches->centre[0]), &ix),
@@ -334,9 +335,9 @@ inline float16 Weights(__constant const LuminaireParams* luminaire,
 }
 
 // v of a receiver that sees `visible` of every patch.
-inline float ShareOf(__constant const LuminaireParams* luminaire,
-                     __constant const PatchParams* patches, __global const float* light, float3 p,
-                     float3 n, float16 visible) {
+static inline float ShareOf(__constant const LuminaireParams* luminaire,
+                            __constant const PatchParams* patches, __global const float* light,
+                            float3 p, float3 n, float16 visible) {
   const float16 weight = Weights(luminaire, patches, light, p, n);
   const float all = SumOf(weight);
   return all > 0.0f ? SumOf(weight * visible) / all : SumOf(visible) / (float)kPatchCount;
@@ -349,9 +350,9 @@ typedef struct PlaneTile {
   bool smooth;      // the patches' light is as good as linear over a strip
 } PlaneTile;
 
-inline void MakePlaneTile(__constant const LuminaireParams* luminaire,
-                          __constant const PatchParams* patches, __global const float* maps,
-                          const Tile* tile, PlaneTile* in_plane) {
+static inline void MakePlaneTile(__constant const LuminaireParams* luminaire,
+                                 __constant const PatchParams* patches, __global const float* maps,
+                                 const Tile* tile, PlaneTile* in_plane) {
   PatchLanes* lanes = &in_plane->lanes;
   MakePatchLanes(patches, tile, lanes);
   int whole[16], above[16];
@@ -377,10 +378,10 @@ inline void MakePlaneTile(__constant const LuminaireParams* luminaire,
 }
 
 // What each pixel of the strip sees of every patch: visible[patch][pixel].
-inline void LookUpOpen(__constant const LuminaireParams* luminaire,
-                       __constant const PatchParams* patches, __global const float* maps,
-                       const Strip* strip, const PlaneTile* tile, Rays rays,
-                       float visible[kPatchCount * kPixels]) {
+static inline void LookUpOpen(__constant const LuminaireParams* luminaire,
+                              __constant const PatchParams* patches, __global const float* maps,
+                              const Strip* strip, const PlaneTile* tile, Rays rays,
+                              float visible[kPatchCount * kPixels]) {
   uint contacts[kPixels];
   uint16 contact_bits = 0u;
   for (int k = 0; k < kPatchCount; ++k) {
@@ -410,10 +411,10 @@ inline void LookUpOpen(__constant const LuminaireParams* luminaire,
 }
 
 // Of a strip of a tile whose receivers lie in one plane.
-inline float16 SharesInPlane(__constant const LuminaireParams* luminaire,
-                             __constant const PatchParams* patches, __global const float* maps,
-                             __global const float* light, const Strip* strip,
-                             const PlaneTile* tile, Rays rays) {
+static inline float16 SharesInPlane(__constant const LuminaireParams* luminaire,
+                                    __constant const PatchParams* patches,
+                                    __global const float* maps, __global const float* light,
+                                    const Strip* strip, const PlaneTile* tile, Rays rays) {
   if (!tile->open && !(tile->seen && patches->lit & ~tile->seen))
     return select((float16)(0.0f), (float16)(tile->seen ? 1.0f : 0.0f), strip->lit);
   float visible[kPatchCount * kPixels];
@@ -456,9 +457,10 @@ inline float16 SharesInPlane(__constant const LuminaireParams* luminaire,
 }
 
 // Of one receiver, all patches at once.
-inline float ShareAlone(__constant const LuminaireParams* luminaire,
-                        __constant const PatchParams* patches, __global const float* maps,
-                        __global const float* light, const Strip* strip, int lane, Rays rays) {
+static inline float ShareAlone(__constant const LuminaireParams* luminaire,
+                               __constant const PatchParams* patches, __global const float* maps,
+                               __global const float* light, const Strip* strip, int lane,
+                               Rays rays) {
   const float3 p = LaneOf(&strip->p, lane), n = LaneOf(&strip->n, lane);
   const float w = 1.0f / p.z, lift = ((const float*)&strip->rounding)[lane] +
                                      LIFT * patches->texel * p.z;
@@ -495,9 +497,9 @@ inline float ShareAlone(__constant const LuminaireParams* luminaire,
 }
 
 // Of a strip whose receivers lie in no plane.
-inline float16 SharesAlone(__constant const LuminaireParams* luminaire,
-                           __constant const PatchParams* patches, __global const float* maps,
-                           __global const float* light, const Strip* strip, Rays rays) {
+static inline float16 SharesAlone(__constant const LuminaireParams* luminaire,
+                                  __constant const PatchParams* patches, __global const float* maps,
+                                  __global const float* light, const Strip* strip, Rays rays) {
   float shares[kPixels];
   int lit[kPixels];
   vstore16(strip->lit, 0, lit);

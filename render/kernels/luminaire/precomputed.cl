@@ -9,7 +9,7 @@
 #include "luxfield/render/kernels/luminaire/window_lighting.clh"
 
 // A whole axis of an image.
-inline Span WholeSpan(int texels) {
+static inline Span WholeSpan(int texels) {
   const Span span = {.begin = 0,
                      .end = texels,
                      .first = 1.0f,
@@ -26,7 +26,7 @@ typedef struct WholeImage {
   Marginal marginal;
 } WholeImage;
 
-inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int height) {
+static inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int height) {
   WholeImage image;
   image.sat = sat;
   image.sat_width = SatStride(width);
@@ -37,26 +37,26 @@ inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int heigh
 }
 
 // A place with density |C|.
-inline void DrawPlace(const WholeImage* image, float2 xi, Place* column, Place* row) {
+static inline void DrawPlace(const WholeImage* image, float2 xi, Place* column, Place* row) {
   DrawPlaces(image->sat, image->sat_width, &image->marginal, image->columns, image->rows, &xi, 1,
              column, row);
 }
 
 // y of a place, measured from the support's lower end at `knot`.
-inline float CoordinateFrom(const Axis* axis, Knot knot, Place place) {
+static inline float CoordinateFrom(const Axis* axis, Knot knot, Place place) {
   const float texels = (place.fraction - knot.fraction) - (knot.whole - (float)place.texel);
   return copysign(axis->inverse, (float)axis->step) * texels;
 }
 
-inline float ImageTotal(__constant const LuminaireParams* luminaire, __global const ulong* image,
-                        float scale) {
+static inline float ImageTotal(__constant const LuminaireParams* luminaire,
+                               __global const ulong* image, float scale) {
   const int width = luminaire->axis[0].texels, height = luminaire->axis[1].texels;
   return FromFixedPoint(image[(size_t)height * SatStride(width) + width]) * 0x1p-62f * scale;
 }
 
-inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface,
-                               const ShadowRays* shadow, const LightTask* task,
-                               __global const uint* seen_by_pixel) {
+static inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface,
+                                      const ShadowRays* shadow, const LightTask* task,
+                                      __global const uint* seen_by_pixel) {
   Totals totals = NoLight();
   // On I itself a point sees one point: nothing drawn on I has a chance to be it.
   if (fmax(surface->x.inverse, surface->y.inverse) > 1e12f) return totals;

@@ -43,8 +43,8 @@ __kernel void StoreDepths(ulong first, int count, __global const PackedHit* hits
 // The texel that holds the receiver was seen through its centre, up to half a diagonal away. So the
 // receiver is lifted off its surface by that much: no texel then sees a plane in front of a point
 // of that plane, at whatever angle. kShadowTilt leaves room for interpolated normals.
-inline bool Sees(const ShadowView* view, __global const float* depth, int size,
-                 const Receiver* receiver, float rounding) {
+static inline bool Sees(const ShadowView* view, __global const float* depth, int size,
+                        const Receiver* receiver, float rounding) {
   const float2 low = (float2)(view->low[0], view->low[1]),
                texel = (float2)(view->texel[0], view->texel[1]);
   float3 q = receiver->p - (float3)(view->origin[0], view->origin[1], view->origin[2]);

@@ -12,7 +12,7 @@ typedef struct Bracket {
 } Bracket;
 
 // Where a straight line between the bracket's ends passes the wanted value.
-inline int StraightGuess(Bracket b, float wanted) {
+static inline int StraightGuess(Bracket b, float wanted) {
   const float share = (wanted - b.low_sum) / (b.high_sum - b.low_sum);
   return clamp(b.low + (int)(share * (float)(b.high - b.low)), b.low, b.high - 1);
 }
@@ -33,7 +33,7 @@ inline int StraightGuess(Bracket b, float wanted) {
     }                                                                                          \
   }
 
-inline Place PlaceOnLine(Bracket b, float wanted) {
+static inline Place PlaceOnLine(Bracket b, float wanted) {
   const float at = clamp((wanted - b.low_sum) / (b.high_sum - b.low_sum), 0.0f, BELOW_ONE) *
                    (float)(b.high - b.low);
   const int whole = min((int)at, b.high - b.low - 1);
@@ -41,8 +41,8 @@ inline Place PlaceOnLine(Bracket b, float wanted) {
   return place;
 }
 
-inline Place LimitedMarginal(const Marginal* marginal, Span columns, float xi, int secant,
-                             int depth) {
+static inline Place LimitedMarginal(const Marginal* marginal, Span columns, float xi, int secant,
+                                    int depth) {
   Place place;
   float wanted;
   if (PlaceAtEnds(marginal->first, marginal->inner, marginal->last, columns, xi, &place, &wanted))
@@ -55,8 +55,8 @@ inline Place LimitedMarginal(const Marginal* marginal, Span columns, float xi, i
   return PlaceOnLine(bracket, wanted);
 }
 
-inline Place LimitedConditional(const Conditional* conditional, Span rows, float xi, int secant,
-                                int depth) {
+static inline Place LimitedConditional(const Conditional* conditional, Span rows, float xi,
+                                       int secant, int depth) {
   Place place;
   float wanted;
   if (PlaceAtEnds(conditional->first, conditional->inner, conditional->last, rows, xi, &place,
@@ -71,23 +71,24 @@ inline Place LimitedConditional(const Conditional* conditional, Span rows, float
 }
 
 // K_m = round(A_m / A K), each sample weighing A_m / K_m.
-inline int RoundedShare(__constant const SamplingParams* sampling, int samples, float mass,
-                        float total, float* weight) {
+static inline int RoundedShare(__constant const SamplingParams* sampling, int samples, float mass,
+                               float total, float* weight) {
   float share = rint(mass / total * (float)samples);
   if (sampling->max_per_image > 0.0f) share = fmin(share, rint(sampling->max_per_image));
   *weight = share > 0.0f ? mass / share : 0.0f;
   return (int)share;
 }
 
-inline float2 SequencePoint(__constant const SamplingParams* sampling,
-                            __global const uint2* sequence, int k, uint2 shift) {
+static inline float2 SequencePoint(__constant const SamplingParams* sampling,
+                                   __global const uint2* sequence, int k, uint2 shift) {
   const uint2 point = sequence[(uint)k % sampling->sequence];
   const uint2 shifted = sampling->digital ? point ^ shift : point + shift;
   return (float2)(UnitFloat(shifted.x), UnitFloat(shifted.y));
 }
 
-inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
-                          const LightTask* task, Windows windows, __global const uint2* sequence) {
+static inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface,
+                                 const ShadowRays* shadow, const LightTask* task, Windows windows,
+                                 __global const uint2* sequence) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
   if (!(total > 0.0f)) return totals;

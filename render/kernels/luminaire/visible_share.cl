@@ -9,14 +9,14 @@ typedef struct VisibleSums {
   float square, visible_square;
 } VisibleSums;
 
-inline VisibleSums NoSums(void) {
+static inline VisibleSums NoSums(void) {
   VisibleSums sums;
   sums.light = sums.taken = sums.visible = sums.visible_taken = (float3)(0.0f);
   sums.square = sums.visible_square = 0.0f;
   return sums;
 }
 
-inline void AddToSums(float3 light, bool visible, VisibleSums* sums) {
+static inline void AddToSums(float3 light, bool visible, VisibleSums* sums) {
   const float3 taken = fmax(-light, (float3)(0.0f));
   const float luminance = Luminance(light), square = luminance * luminance;
   sums->light += light;
@@ -30,7 +30,7 @@ inline void AddToSums(float3 light, bool visible, VisibleSums* sums) {
 
 // Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is
 // that of a ratio of sums, to first order; `scale` makes light of sums.
-inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
+static inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
   // Sums of |x|.
   const float3 all = sums.light + 2.0f * sums.taken,
                seen = sums.visible + 2.0f * sums.visible_taken;

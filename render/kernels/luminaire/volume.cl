@@ -11,18 +11,18 @@
 #include "luxfield/render/kernels/luminaire/volume_types.clh"
 
 // True if the windows of a receiver at `a` meet the images along one axis.
-inline int16 MeetsImages(__constant const VolumeParams* volume, int dimension, float16 a,
-                         float16 shrink) {
+static inline int16 MeetsImages(__constant const VolumeParams* volume, int dimension, float16 a,
+                                float16 shrink) {
   const float16 half_window = shrink * volume->extent[dimension];
   return a + half_window >= volume->image_low[dimension] &&
          a - half_window <= volume->image_high[dimension];
 }
 
-inline float16 Position(__constant const VolumeAxisParams* axis, float16 x) {
+static inline float16 Position(__constant const VolumeAxisParams* axis, float16 x) {
   return (x - axis->first) * axis->inverse_spacing;
 }
 
-inline int16 IsInside(__constant const VolumeAxisParams* axis, float16 position) {
+static inline int16 IsInside(__constant const VolumeAxisParams* axis, float16 position) {
   return (int16)(axis->cells > 0 ? -1 : 0) & (position >= 0.0f && position <= (float)axis->cells);
 }
 
@@ -34,7 +34,7 @@ typedef struct Stencils {
 } Stencils;
 
 // Cubic B-spline weights of coefficients k .. k + 3 at k + f.
-inline void SplineWeights(float16 f, float16 weight[4]) {
+static inline void SplineWeights(float16 f, float16 weight[4]) {
   const float16 g = 1.0f - f, third = (float16)(2.0f / 3.0f), sixth = (float16)(1.0f / 6.0f);
   weight[0] = sixth * g * g * g;
   weight[1] = fma(f * f, fma((float16)(0.5f), f, (float16)(-1.0f)), third);
@@ -42,17 +42,17 @@ inline void SplineWeights(float16 f, float16 weight[4]) {
   weight[3] = sixth * f * f * f;
 }
 
-inline int16 Cell(__constant const VolumeAxisParams* axis, float16 position) {
+static inline int16 Cell(__constant const VolumeAxisParams* axis, float16 position) {
   return min(convert_int16(position), (int16)(axis->cells - 1));
 }
 
 // The nearest position that the table covers: weights of one far outside would overflow.
-inline float16 Covered(__constant const VolumeAxisParams* axis, float16 position) {
+static inline float16 Covered(__constant const VolumeAxisParams* axis, float16 position) {
   return fmin(fmax(position, 0.0f), (float)axis->cells);
 }
 
-inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, float16 at_y,
-                         float16 at_tau, Stencils* stencils) {
+static inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, float16 at_y,
+                                float16 at_tau, Stencils* stencils) {
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const int16 x = Cell(&volume->axis[0], at_x), y = Cell(&volume->axis[1], at_y),
               tau = Cell(&volume->axis[2], at_tau);
@@ -67,14 +67,14 @@ inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, fl
     for (int j = 0; j < 4; ++j) stencils->rows[4 * i + j] = ahead[i] * down[j];
 }
 
-inline int SmallestIntOf(int16 x) {
+static inline int SmallestIntOf(int16 x) {
   const int8 a = min(x.lo, x.hi);
   const int4 b = min(a.lo, a.hi);
   const int2 c = min(b.lo, b.hi);
   return min(c.x, c.y);
 }
 
-inline int LargestIntOf(int16 x) { return -SmallestIntOf(-x); }
+static inline int LargestIntOf(int16 x) { return -SmallestIntOf(-x); }
 
 // Pixels whose cells are one, or up to four side by side in a_x.
 enum { kMostCells = 4, kMostNodes = kMostCells + 3, kFewestToShare = 4 };
@@ -85,7 +85,7 @@ typedef struct SharedStencils {
 
 // Takes the pixels of the first cell and of those beside it from `left`, which has some, and returns them. A
 // line has three coefficients more than cells, so that cells of other lines are further away.
-inline int16 TakeShared(const Stencils* stencils, int16* left, SharedStencils* shared) {
+static inline int16 TakeShared(const Stencils* stencils, int16* left, SharedStencils* shared) {
   shared->offset = SmallestIntOf(select((int16)(INT_MAX), stencils->offset, *left));
   const int16 cell = stencils->offset - shared->offset;
   const int16 taken = *left & (cell < kMostCells);
@@ -113,10 +113,9 @@ typedef struct Bracket {
 } Bracket;
 
 // Adds the bracket of every channel to `sum`.
-inline __attribute__((always_inline)) void AddShared(__global const float* first, TableLayout table,
-                                                     const SharedStencils* shared,
-                                                     const float16 rows[16], const Bracket* bracket,
-                                                     const int channels, float16 sum[3]) {
+__attribute__((always_inline)) static inline void AddShared(
+    __global const float* first, TableLayout table, const SharedStencils* shared,
+    const float16 rows[16], const Bracket* bracket, const int channels, float16 sum[3]) {
   enum { kSums = 2 };  // independent ones: no chain of additions waits for the one before
   Vectors moments[3][kSums];
 #pragma unroll
@@ -150,7 +149,7 @@ inline __attribute__((always_inline)) void AddShared(__global const float* first
 }
 
 // The same of pixels with the bracket of `lane`.
-inline __attribute__((always_inline)) void AddSharedPlane(
+__attribute__((always_inline)) static inline void AddSharedPlane(
     __global const float* first, TableLayout table, const SharedStencils* shared,
     const float16 rows[16], const Bracket* bracket, int lane, const int channels, float16 sum[3]) {
   enum { kSums = 4 };
@@ -191,8 +190,9 @@ inline __attribute__((always_inline)) void AddSharedPlane(
 }
 
 // The same of pixels that share with few others: one after the other, a lane for each node in a_x.
-inline void AddEach(__global const float* coefficients, TableLayout table, const Stencils* stencils,
-                    const Bracket* bracket, int16 taken, int channels, float16 sum[3]) {
+static inline void AddEach(__global const float* coefficients, TableLayout table,
+                           const Stencils* stencils, const Bracket* bracket, int16 taken,
+                           int channels, float16 sum[3]) {
   for (int pixel = 0; pixel < kPixels; ++pixel) {
     if (!((const int*)&taken)[pixel]) continue;
     const float height = FloatOf(&bracket->height, pixel), n_x = FloatOf(&bracket->n_x, pixel),
@@ -219,7 +219,7 @@ inline void AddEach(__global const float* coefficients, TableLayout table, const
   }
 }
 
-inline int CountOf(int16 mask) {
+static inline int CountOf(int16 mask) {
   const int8 a = mask.lo + mask.hi;
   const int4 b = a.lo + a.hi;
   const int2 c = b.lo + b.hi;
@@ -227,16 +227,16 @@ inline int CountOf(int16 mask) {
 }
 
 // True if the pixels that are wanted have the bracket of `lane` up to rounding, as those of a plane do.
-inline bool IsPlane(const Bracket* bracket, int lane, float16 rounding, int16 wanted) {
+static inline bool IsPlane(const Bracket* bracket, int lane, float16 rounding, int16 wanted) {
   return !AnyOf(wanted & (fabs(bracket->height - FloatOf(&bracket->height, lane)) > rounding |
                           fabs(bracket->n_x - FloatOf(&bracket->n_x, lane)) > 1e-6f |
                           fabs(bracket->n_y - FloatOf(&bracket->n_y, lane)) > 1e-6f));
 }
 
 // height B0 + n_x B1_u + n_y B1_v of every channel and of the pixels that are wanted.
-inline void InterpolateAll(__global const float* coefficients, TableLayout table,
-                           const Stencils* stencils, const Bracket* bracket, float16 rounding,
-                           int16 wanted, int channels, float16 sum[3]) {
+static inline void InterpolateAll(__global const float* coefficients, TableLayout table,
+                                  const Stencils* stencils, const Bracket* bracket,
+                                  float16 rounding, int16 wanted, int channels, float16 sum[3]) {
   for (int channel = 0; channel < 3; ++channel) sum[channel] = 0.0f;
   int lane = 0;
   while (!((const int*)&wanted)[lane]) ++lane;
@@ -259,11 +259,13 @@ inline void InterpolateAll(__global const float* coefficients, TableLayout table
 }
 
 // Of the light that reaches a pixel; `share` (may be null: all of it) is that of patch_shares.cl.
-inline float ShareOf(__global const float* share, int pixel) { return share ? share[pixel] : 1.0f; }
+static inline float ShareOf(__global const float* share, int pixel) {
+  return share ? share[pixel] : 1.0f;
+}
 
 // UnclippedError of kPixels receivers.
-inline float16 UnclippedErrors(__constant const LuminaireParams* luminaire, Vectors n, float16 z,
-                               float16 shrink) {
+static inline float16 UnclippedErrors(__constant const LuminaireParams* luminaire, Vectors n,
+                                      float16 z, float16 shrink) {
   const float h = luminaire->axis[0].spacing.hi;
   return (fabs(n.x) * fabs(1.0f / luminaire->axis[0].step.hi) +
           fabs(n.y) * fabs(1.0f / luminaire->axis[1].step.hi)) *
@@ -272,8 +274,8 @@ inline float16 UnclippedErrors(__constant const LuminaireParams* luminaire, Vect
 
 // left[0] pixels of `by_exact` from left[2] on, left[1] of `unclipped` from the end down, as ~pixel
 // those that also are `tabulated`.
-inline void ListLeft(int16 by_exact, int16 unclipped, int16 tabulated, int first, int pixel_count,
-                     __global int* left) {
+static inline void ListLeft(int16 by_exact, int16 unclipped, int16 tabulated, int first,
+                            int pixel_count, __global int* left) {
   const int *exact = (const int*)&by_exact, *fine = (const int*)&unclipped,
             *whole = (const int*)&tabulated;
   for (int k = 0; k < kPixels; ++k) {
@@ -283,9 +285,9 @@ inline void ListLeft(int16 by_exact, int16 unclipped, int16 tabulated, int first
 }
 
 // Adds `e` of every channel to kPixels pixels.
-inline void AddToPixels(const float16* e, int channels, int first, int count,
-                        __global const float4* ratio, __global float4* irradiance,
-                        __global float* variance) {
+static inline void AddToPixels(const float16* e, int channels, int first, int count,
+                               __global const float4* ratio, __global float4* irradiance,
+                               __global float* variance) {
   float16 sum[4];
   if (channels == 3) {
     const Vectors light = {e[0], e[1], e[2]};
@@ -349,7 +351,7 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   const float16 at_x = Position(&volume->axis[0], a_x), at_y = Position(&volume->axis[1], a_y),
                 at_tau = Position(&volume->axis[2], tau);
   // With shares of rays a pixel is lit once: its variance grows with the square of its light.
-  const int16 from_behind = ratio ? (int16)(0) : unclipped & height > 0.0f;
+  const int16 from_behind = ratio ? (int16)(0) : unclipped & (height > 0.0f);
   const int16 tabulated = lit & (~cut | from_behind) & IsInside(&volume->axis[0], at_x) &
                           IsInside(&volume->axis[1], at_y) & IsInside(&volume->axis[2], at_tau),
               by_exact = lit & ~unclipped & ~tabulated;

@@ -34,8 +34,8 @@
 
 #if PROPOSAL != UNIFORM
 // The point of a window that follows Phi; off the image its texel is -1.
-inline WindowSample DrawBasisPoint(__constant const LuminaireParams* luminaire,
-                                   const Surface* surface, const Window* window, float2 xi) {
+static inline WindowSample DrawBasisPoint(__constant const LuminaireParams* luminaire,
+                                          const Surface* surface, const Window* window, float2 xi) {
   const float area = BasisArea(&luminaire->basis), cells = (float)luminaire->basis.cells;
   WindowSample at;
   at.y = (float2)(InvertBasis(&luminaire->basis, area, xi.x),
@@ -51,12 +51,12 @@ inline WindowSample DrawBasisPoint(__constant const LuminaireParams* luminaire,
 enum { kWorthDraws = 3 };
 
 // Draws `count` points of a window, kDraws at most.
-inline void DrawPoints(__constant const LuminaireParams* luminaire,
-                       __constant const SamplingParams* sampling, const Surface* surface,
-                       const Window* window, const Marginal* marginal, const float2* xi, int count,
-                       WindowSample* points) {
-  const float cells = (float)luminaire->basis.cells;
+static inline void DrawPoints(__constant const LuminaireParams* luminaire,
+                              __constant const SamplingParams* sampling, const Surface* surface,
+                              const Window* window, const Marginal* marginal, const float2* xi,
+                              int count, WindowSample* points) {
 #if PROPOSAL == UNIFORM
+  const float cells = (float)luminaire->basis.cells;
   for (int k = 0; k < count; ++k) {
     const Place column = UniformPlace(window->columns, xi[k].x),
                 row = UniformPlace(window->rows, xi[k].y);
@@ -80,8 +80,13 @@ inline void DrawPoints(__constant const LuminaireParams* luminaire,
     rest[rest_count] = (float2)((xi[k].x - share) / (1.0f - share), xi[k].y);
     which[rest_count++] = k;
   }
-  const WindowTable table = {window->sat,     window->sat_width, &surface->x, &surface->y,
-                             window->columns, window->rows,      cells};
+  const WindowTable table = {window->sat,
+                             window->sat_width,
+                             &surface->x,
+                             &surface->y,
+                             window->columns,
+                             window->rows,
+                             (float)luminaire->basis.cells};
   WindowSample drawn[kDraws];
   if (rest_count < kWorthDraws) {
     for (int k = 0; k < rest_count; ++k) SampleWindow(&table, marginal, &rest[k], 1, &drawn[k]);
@@ -95,8 +100,8 @@ inline void DrawPoints(__constant const LuminaireParams* luminaire,
 
 // C Phi at a point, 0 off the image, and `density` = M p there. Both may be in units of |C| if
 // `ratio_only`.
-inline float3 FluxAt(LUMINAIRE_ARGUMENTS, const Window* window, float mass, bool ratio_only,
-                     WindowSample at, float* density) {
+static inline float3 FluxAt(LUMINAIRE_ARGUMENTS, const Window* window, float mass, bool ratio_only,
+                            WindowSample at, float* density) {
   *density = 1.0f;
   if (at.column < 0 || at.row < 0) return (float3)(0.0f);
   const float phi = BasisProduct(luminaire, at.y);
@@ -116,8 +121,8 @@ inline float3 FluxAt(LUMINAIRE_ARGUMENTS, const Window* window, float mass, bool
 #if FOLLOW_BRDF
 // The sum over images at the point `at` on F, in units of h from the lower corner of all supports,
 // with `brdf_density` = K_b q there.
-inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows windows,
-                           const Allocation* allocation, float2 at, float brdf_density) {
+static inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows windows,
+                                  const Allocation* allocation, float2 at, float brdf_density) {
   const int cells = luminaire->basis.cells, columns = luminaire->axis[0].count,
             rows = luminaire->axis[1].count;
   float3 light = (float3)(0.0f);
@@ -147,9 +152,10 @@ inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows 
   return light;
 }
 
-inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
-                           Windows windows, const Allocation* allocation, int count, uint4 words,
-                           Totals* totals) {
+static inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface,
+                                  const ShadowRays* shadow, Windows windows,
+                                  const Allocation* allocation, int count, uint4 words,
+                                  Totals* totals) {
   BrdfDraws draws =
       StartBrdfDraws(count, words, luminaire->axis[0].count * luminaire->axis[1].count);
   for (int k = 0; k < count; ++k) {
@@ -163,8 +169,9 @@ inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, const Sh
 }
 #endif
 
-inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
-                           const LightTask* task, Windows windows) {
+static inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface,
+                                  const ShadowRays* shadow, const LightTask* task,
+                                  Windows windows) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
   if (!(total > 0.0f)) return totals;

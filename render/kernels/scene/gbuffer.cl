@@ -6,13 +6,14 @@
 #include "luxfield/scene/ray_types.clh"
 
 // IEC 61966-2-1.
-float LinearFromSrgb8(uint value) {
+static inline float LinearFromSrgb8(uint value) {
   const float x = (float)value / 255.0f;
   return x <= 0.04045f ? x / 12.92f : pow((x + 0.055f) / 1.055f, 2.4f);
 }
 
 // Alpha is linear always.
-float4 Texel(__global const uint* texels, TextureTexels texture, bool srgb, int column, int row) {
+static inline float4 Texel(__global const uint* texels, TextureTexels texture, bool srgb,
+                           int column, int row) {
   const uint rgba = texels[texture.offset + ((row + texture.height) % texture.height) * texture.width +
                            (column + texture.width) % texture.width];
   const uint r = rgba & 255u, g = (rgba >> 8) & 255u, b = (rgba >> 16) & 255u;
@@ -22,7 +23,8 @@ float4 Texel(__global const uint* texels, TextureTexels texture, bool srgb, int 
 }
 
 // Bilinear in linear values, repeating; v = 0 is the lower edge.
-float4 SampleTexture(__global const uint* texels, TextureTexels texture, bool srgb, float2 uv) {
+static inline float4 SampleTexture(__global const uint* texels, TextureTexels texture, bool srgb,
+                                   float2 uv) {
   const float x = (uv.x - floor(uv.x)) * (float)texture.width - 0.5f,
               y = (1.0f - (uv.y - floor(uv.y))) * (float)texture.height - 0.5f;
   const float x0 = floor(x), y0 = floor(y);
@@ -35,12 +37,12 @@ float4 SampleTexture(__global const uint* texels, TextureTexels texture, bool sr
 }
 
 // A direction of texture coordinates, and a point, as the texture's placement maps them.
-float2 PlaceDirection(const TextureTexels* texture, float2 uv) {
+static inline float2 PlaceDirection(const TextureTexels* texture, float2 uv) {
   const float* m = texture->placement;
   return (float2)(m[0] * uv.x + m[1] * uv.y, m[3] * uv.x + m[4] * uv.y);
 }
 
-float2 PlacePoint(const TextureTexels* texture, float2 uv) {
+static inline float2 PlacePoint(const TextureTexels* texture, float2 uv) {
   return PlaceDirection(texture, uv) + (float2)(texture->placement[2], texture->placement[5]);
 }
 
@@ -49,27 +51,27 @@ typedef struct Corners {
   SceneVertex corner[3];
 } Corners;
 
-float2 CornerUv(const Corners* triangle, int corner, int set) {
+static inline float2 CornerUv(const Corners* triangle, int corner, int set) {
   return (float2)(triangle->corner[corner].uv[set][0], triangle->corner[corner].uv[set][1]);
 }
 
 // Where the texture is looked up at barycentric weights `at` of the corners.
-float2 TextureUv(const TextureTexels* texture, const Corners* triangle, float3 at) {
+static inline float2 TextureUv(const TextureTexels* texture, const Corners* triangle, float3 at) {
   return PlacePoint(texture, at.x * CornerUv(triangle, 0, texture->set) +
                                  at.y * CornerUv(triangle, 1, texture->set) +
                                  at.z * CornerUv(triangle, 2, texture->set));
 }
 
 // Specular colour and roughness, with the texture's specular colour and glossiness.
-float4 SpecularRoughness(float4 gloss, float4 value) {
+static inline float4 SpecularRoughness(float4 gloss, float4 value) {
   return (float4)(gloss.xyz * value.xyz, 1.0f - (1.0f - gloss.w) * value.w);
 }
 
 // `normal` tilted by a normal texture's value (glTF 2.0, 3.9.3). The tangent is the direction of
 // rising u on the triangle; a mesh's own tangents are not read. Unchanged where u, v are
 // degenerate.
-float3 TiltNormal(float3 normal, float3 value, float scale, float3 edge_b, float3 edge_c,
-                  float2 uv_b, float2 uv_c) {
+static inline float3 TiltNormal(float3 normal, float3 value, float scale, float3 edge_b,
+                                float3 edge_c, float2 uv_b, float2 uv_c) {
   const float area = uv_b.x * uv_c.y - uv_c.x * uv_b.y;
   float3 tangent = (uv_c.y * edge_b - uv_b.y * edge_c) * sign(area);
   float3 bitangent = (uv_b.x * edge_c - uv_c.x * edge_b) * sign(area);
@@ -89,7 +91,7 @@ float3 TiltNormal(float3 normal, float3 value, float scale, float3 edge_b, float
 // change.
 #define MIN_EYE_COSINE 1e-3f
 
-float3 BendToEye(float3 normal, float3 to_eye) {
+static inline float3 BendToEye(float3 normal, float3 to_eye) {
   const float cosine = dot(normal, to_eye);
   if (cosine >= MIN_EYE_COSINE) return normal;
   // normal + x to_eye has the cosine (cosine + x) / length; for small x the length is 1.

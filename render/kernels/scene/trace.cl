@@ -3,8 +3,8 @@
 #include "luxfield/scene/ray_types.clh"
 
 // True if the ray of this slot is one to trace: it lies in its group's range.
-inline bool IsTraced(__global const RayRange* ranges, int group_size, ulong group_count,
-                     size_t slot) {
+static inline bool IsTraced(__global const RayRange* ranges, int group_size, ulong group_count,
+                            size_t slot) {
   const size_t group = slot / (size_t)group_size;
   if (group >= group_count) return false;
   const int ray = (int)(slot - group * (size_t)group_size);
