@@ -15,7 +15,7 @@ namespace luxfield::capture {
 double ClockOffset(core::Clock& clock);
 
 // Throws DeviceError if the disk has less than 1.3 times `bytes` free, or a safety input is
-// active.
+// active. Warns where inputs or watchdog may have to wait for other programs.
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                         const std::filesystem::path& folder);
 
