@@ -71,6 +71,8 @@ class Inputs {
   // Calls `action` once whenever the inputs turn from safe to unsafe, and at once where they are
   // unsafe now. An empty action ends it, and returns after the last call has.
   virtual void OnTrip(Action action) = 0;
+  // False where other programs may keep their thread waiting.
+  virtual bool real_time() const { return true; }
 };
 
 }  // namespace luxfield::hal

@@ -23,6 +23,9 @@ install(FILES ${manuals}/completions/luxfield.fish COMPONENT program OPTIONAL
         DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 install(FILES packaging/luxfield-mime.xml RENAME luxfield.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages
         COMPONENT program)
+if(NOT SKBUILD)  # devices for users who are not root: where udev looks, below /usr and /usr/local
+  install(FILES packaging/udev/60-luxfield.rules DESTINATION lib/udev/rules.d COMPONENT program)
+endif()
 if(LUXFIELD_VIEW)  # the window, in menus and software centres
   install(FILES packaging/luxfield.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
   install(FILES packaging/luxfield.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)

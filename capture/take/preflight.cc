@@ -9,6 +9,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/core/warning.h"
 #include "luxfield/hal/safety/watchdog.h"
 
 namespace luxfield::capture {
@@ -68,6 +69,12 @@ void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
   if (const hal::InputState state = devices.inputs->State(); !state.safe())
     throw DeviceError(fmt::format("{}: {}; clear it and start again", devices.inputs->identity(),
                                   hal::Describe(state)));
+  if (!devices.inputs->real_time() || (devices.watchdog && !devices.watchdog->real_time()))
+    core::Warn(fmt::format(
+        "{}: the system refuses real-time priority; on a busy machine an emergency stop took 28 ms "
+        "without it and 3 ms with it; write \"NAME - rtprio 20\", with your user name for NAME, "
+        "into /etc/security/limits.d/luxfield.conf and log in again",
+        devices.inputs->identity()));
 }
 
 WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::SafetyGuard& guard) {

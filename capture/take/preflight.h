@@ -20,7 +20,7 @@ double ClockOffset(core::Clock& clock);
 std::string FreeAndNeeded(std::uint64_t free, std::uint64_t needed);
 
 // Throws DeviceError if the disk has less than 1.3 times `bytes` free, or a safety input is
-// active.
+// active. Warns where inputs or watchdog may have to wait for other programs.
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                         const std::filesystem::path& folder);
 

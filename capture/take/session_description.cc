@@ -105,6 +105,8 @@ std::map<std::string, std::string> DescribeDevices(const hal::Devices& devices) 
   add("monitor", devices.monitor);
   add("supply", devices.supply);
   add("inputs", devices.inputs);
+  if (devices.inputs && !devices.inputs->real_time())
+    roles["inputs"] += ", without real-time priority";
   return roles;
 }
 

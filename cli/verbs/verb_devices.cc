@@ -198,7 +198,10 @@ core::Json Run(const Options& options) {
   json["attached"] = PrintAttached();
   fmt::print("serial ports attached (--port asks one who it is)\n");
   const auto ports = hal::AttachedSerialPorts();
-  for (const std::string& port : ports) fmt::print("  {}\n", port);
+  for (const std::string& port : ports) {
+    const std::string refused = hal::PortRefusal(port);
+    fmt::print("  {}{}{}\n", port, refused.empty() ? "" : "; refused: ", refused);
+  }
   if (ports.empty()) fmt::print("  none\n");
   json["serial_ports"] = ports;
   if (!options.port.empty())

@@ -23,9 +23,9 @@ Identification AskGrbl(ByteStream& port, LineReader& lines) {
     while (const auto line = lines.Next(again)) {
       const grbl::Message message = grbl::ParseMessage(*line);
       if (const auto* welcome = std::get_if<grbl::Welcome>(&message))
-        return {"grbl", true, "Grbl " + welcome->version};
+        return {"grbl", true, welcome->firmware.name + " " + welcome->firmware.version};
       if (const auto* status = std::get_if<grbl::Status>(&message))
-        return {"grbl", true, "Grbl, " + grbl::StateName(status->state)};
+        return {"grbl", true, "Grbl, grblHAL or FluidNC, " + grbl::StateName(status->state)};
     }
   }
   return {"grbl", false, fmt::format("no status report within {} s of the first \"?\"", kGrbl_s)};

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <pthread.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "luxfield/core/error.h"
+#include "luxfield/hal/real_time.h"
 #include "luxfield/hal/transport/descriptor_stream.h"
 
 namespace luxfield::hal {
@@ -23,13 +23,6 @@ namespace {
 
 constexpr double kLate_s = 0.1;
 constexpr double kDeath_s = 5;  // for the kernel to end a process that was killed
-
-// Above ordinary programs, where the user may: a busy machine must not look like a hanging one.
-void RaisePriority() {
-  sched_param priority{};
-  priority.sched_priority = 20;
-  pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
-}
 
 // Waits for beats; false where none came in time, true where the other end is closed.
 bool AwaitEnd(int socket, double silence_s) {
@@ -54,7 +47,7 @@ bool AwaitEnd(int socket, double silence_s) {
     ::dup2(null, STDIN_FILENO);
     ::dup2(null, STDOUT_FILENO);
   }
-  RaisePriority();
+  RaisePriority(pthread_self());  // a busy machine must not look like a hanging one
   const bool died = AwaitEnd(socket, silence_s);
   if (!died) {
     // Its devices are free once it is dead. It is our parent: the number is nobody else's.
@@ -100,6 +93,7 @@ Watchdog::Watchdog(MakeSafe make_safe, const WatchdogTimes& times)
     fail("no process");
   }
   thread_ = std::thread([this] { Beat(); });
+  real_time_ = RaisePriority(thread_.native_handle());
 }
 
 Watchdog::~Watchdog() {
@@ -122,7 +116,6 @@ void Watchdog::Expect(double within_s) {
 }
 
 void Watchdog::Beat() {
-  RaisePriority();
   std::unique_lock lock(mutex_);
   while (!ending_) {
     if (std::chrono::steady_clock::now() < expected_ &&

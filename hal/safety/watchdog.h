@@ -46,6 +46,8 @@ class Watchdog {
 
   // False once the watchdog is gone or reads no more: nothing may move or light up without it.
   bool alive() const { return alive_; }
+  // False where the system refuses real-time priority, to this process and the watchdog's alike.
+  bool real_time() const { return real_time_; }
   pid_t process() const { return child_; }
 
  private:
@@ -54,6 +56,7 @@ class Watchdog {
   WatchdogTimes times_;
   int socket_ = -1;
   pid_t child_ = -1;
+  bool real_time_ = false;
   std::atomic<bool> alive_ = true;
 
   std::mutex mutex_;  // of what follows

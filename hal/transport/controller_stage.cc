@@ -5,7 +5,7 @@
 namespace luxfield::hal {
 namespace {
 
-constexpr double kAnswer_s = 1;   // for a position
+constexpr double kAnswer_s = 2;   // for a position; a slow line takes one
 constexpr double kStop_s = 0.02;  // to hand a stop over: its callers have more to switch off
 
 }  // namespace
@@ -45,11 +45,10 @@ void ControllerStage::Restore(const Operation& operation) {
 }
 
 void ControllerStage::Connect(double within_s, const std::function<void(const Operation&)>& work) {
+  const Operation restore{"connect", SecondsFromNow(within_s)};
+  Guarded(restore, [&] { Restore(restore); });
   const Operation connect{"connect", SecondsFromNow(within_s)};
-  Guarded(connect, [&] {
-    Restore(connect);
-    work(connect);
-  });
+  Guarded(connect, [&] { work(connect); });
 }
 
 void ControllerStage::ThrowIfStopped(const Operation& operation) {

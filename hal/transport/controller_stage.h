@@ -27,8 +27,8 @@ class ControllerStage : public Stage {
   void Home(double deadline_s) final;
   void MoveTo(Vec2 centre_m, double deadline_s) final;
   // Asks the controller, unless another thread drives: then what that one heard last. A lost
-  // position is an answer that says why, silence an error (kTimeout within a second,
-  // kDisconnected).
+  // position is an answer that says why, silence an error (kTimeout within two
+  // seconds, kDisconnected).
   StagePosition Where() final;
   void Stop() final;
 
@@ -56,12 +56,14 @@ class ControllerStage : public Stage {
   virtual void SendStop(bool homing, SteadyTime deadline) = 0;
 
   // For drivers.
+  // Halts and restores the controller within the time, then does the work within as much again.
   void Connect(double within_s, const std::function<void(const Operation&)>& work);
   void SetResolution(double resolution_m) { limits_.resolution_m = resolution_m; }
   void Heard(Vec2 readback_m, bool moving);  // what the controller has said
   void ThrowIfStopped(const Operation& operation);
   bool stop_requested() const { return stop_requested_; }
   bool homing() const { return homing_; }
+  bool homed() const { return Known().homed; }  // false while homing
   // `lost`: with position_lost set, which a stop needs to say; other faults lose it anyway.
   HardwareError Failure(const Operation& operation, Fault fault, const std::string& problem,
                         const std::string& remedy, bool lost = false) const;

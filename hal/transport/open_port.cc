@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "luxfield/hal/error.h"
+#include "luxfield/hal/permission.h"
 #include "luxfield/hal/transport/descriptor_stream.h"
 
 namespace luxfield::hal {
@@ -69,6 +70,10 @@ std::optional<speed_t> Speed(int baud) {
   throw HardwareError(fault, port, "open", problem, remedy);
 }
 
+HardwareError NotAllowed(const std::string& path, int error) {
+  return {Fault::kRefused, path, "open", std::strerror(error), kJoinDialout};
+}
+
 }  // namespace
 
 std::unique_ptr<ByteStream> OpenSerialPort(const std::string& path, int baud) {
@@ -80,9 +85,7 @@ std::unique_ptr<ByteStream> OpenSerialPort(const std::string& path, int baud) {
   Descriptor port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (port.get() < 0) {
     const int error = errno;
-    if (error == EACCES)
-      FailToOpen(path, Fault::kRefused, std::strerror(error),
-                 "add yourself to the group that owns it (dialout)");
+    if (error == EACCES) throw NotAllowed(path, error);
     if (error == EBUSY)
       FailToOpen(path, Fault::kRefused, "is in use by another program", "close that program");
     FailToOpen(path, Fault::kDisconnected, std::strerror(error),
@@ -104,6 +107,10 @@ std::unique_ptr<ByteStream> OpenSerialPort(const std::string& path, int baud) {
   if (::tcsetattr(port.get(), TCSANOW, &settings) != 0)
     FailToOpen(path, Fault::kRefused, std::strerror(errno), "try another baud rate");
   return std::make_unique<DescriptorStream>(port.Release(), path);
+}
+
+std::string PortRefusal(const std::string& path) {
+  return IsForbidden(path) ? NotAllowed(path, EACCES).what() : "";
 }
 
 std::unique_ptr<ByteStream> OpenTcp(const std::string& host, const std::string& service,

@@ -19,6 +19,10 @@ std::unique_ptr<ByteStream> OpenSerialPort(const std::string& path, int baud);
 std::unique_ptr<ByteStream> OpenTcp(const std::string& host, const std::string& service,
                                     SteadyTime deadline);
 
+// Why this user may not open the port, as OpenSerialPort would say it; empty: he may. Nothing is
+// opened.
+std::string PortRefusal(const std::string& path);
+
 // "tcp:HOST:PORT", or the path of a serial port. `baud` concerns serial ports only.
 std::unique_ptr<ByteStream> OpenPort(const std::string& port, int baud, SteadyTime deadline);
 

@@ -363,6 +363,8 @@ TEST_F(Aravis, ACameraThatIsNotThereIsDisconnected) {
   options.id = "Aravis-Fake-NOBODY";
   const HardwareError error = ErrorOf([&] { AravisCamera(options, clock_); });
   EXPECT_EQ(error.fault, Fault::kDisconnected);
+  // Nor does aravis find one on USB that it may not open.
+  EXPECT_THAT(error.what(), HasSubstr("group plugdev"));
 }
 
 TEST_F(Aravis, ACameraThatAnotherProgramControlsIsRefused) {

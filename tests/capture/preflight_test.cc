@@ -5,10 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "luxfield/capture/take/take_session.h"
 #include "luxfield/core/error.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/session_store.h"
 #include "tests/capture/capture_fixture.h"
+#include "tests/said.h"
 
 namespace luxfield::capture {
 namespace {
@@ -41,13 +45,16 @@ Devices With(OtherClock::Utc utc) {
 // Inputs that say one thing.
 class FixedInputs : public hal::Inputs {
  public:
-  explicit FixedInputs(hal::InputState state) : state_(std::move(state)) {}
+  explicit FixedInputs(hal::InputState state, bool real_time = true)
+      : state_(std::move(state)), real_time_(real_time) {}
   std::string identity() const override { return "safety inputs"; }
   hal::InputState State() override { return state_; }
   void OnTrip(Action) override {}
+  bool real_time() const override { return real_time_; }
 
  private:
   hal::InputState state_;
+  bool real_time_;
 };
 
 std::string RefusalOf(Devices& devices) {
@@ -59,6 +66,14 @@ std::string RefusalOf(Devices& devices) {
     return error.what();
   }
   return {};
+}
+
+// Of the session's first epoch.
+std::string RecordedInputs(const std::filesystem::path& folder) {
+  const session::SessionReader session(folder);
+  for (const auto& line : session.journal())
+    if (line.at("type") == "epoch_start") return line.at("devices").at("inputs");
+  return "no epoch";
 }
 
 class Preflight : public Capture {};
@@ -99,6 +114,24 @@ TEST_F(Preflight, UnsafeInputsAreNamed) {
     Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
     devices.inputs = std::make_unique<FixedInputs>(state);
     EXPECT_THAT(RefusalOf(devices), HasSubstr(name));
+  }
+}
+
+TEST_F(Preflight, InputsThatOtherProgramsMayDelayAreToldAndRecorded) {
+  for (const bool real_time : {true, false}) {
+    Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+    devices.inputs = std::make_unique<FixedInputs>(hal::InputState(), real_time);
+    const auto folder = NewFolder("priority");
+    const std::string said = Said([&] { RunCapture(TestPlan(), devices, folder); });
+    const std::string recorded = RecordedInputs(folder);
+    if (real_time) {
+      EXPECT_EQ(said, "");
+      EXPECT_EQ(recorded, "safety inputs");
+    } else {
+      EXPECT_THAT(said, HasSubstr("safety inputs: the system refuses real-time priority"));
+      EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+      EXPECT_EQ(recorded, "safety inputs, without real-time priority");
+    }
   }
 }
 

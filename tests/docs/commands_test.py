@@ -25,7 +25,7 @@ import verbs_help  # noqa: E402
 program = ""
 
 # Pages whose commands are run, in this order and in one folder: later pages go on with files of earlier ones.
-WALKED = ["tutorial", "how-to/calibrate", "how-to/measure", "how-to/export", "how-to/light", "bridges", "web", "photometry", "scale"]
+WALKED = ["tutorial", "how-to/calibrate", "how-to/measure", "how-to/permissions", "how-to/export", "how-to/light", "bridges", "web", "photometry", "scale"]
 # Files that a page takes as given: copies of what the pages before it made.
 GIVEN = {
     "how-to/measure": {"lamp.session": "small.session", "budget.toml": "data/dataset/budget.toml"},
@@ -37,7 +37,7 @@ NOT_RUN = {
     "*[[]*": "a pattern, not a command",
     "*...*": "a pattern, not a command",
     "demo": "minutes; planning.Demo runs it",
-    "devices*": "of the devices of a bench",
+    "devices *": "of the devices of a bench",
     "bench *": "a benchmark",
     "plan data/plans/bike.toml *": "minutes",
     "capture garage.toml *": "goes on with the plan's",

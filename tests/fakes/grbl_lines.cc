@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@ constexpr int kOk = 0, kPending = -1, kNoLetter = 1, kBadNumber = 2, kNotRecogni
               kHomingOff = 5, kNotIdle = 8, kLocked = 9, kSoftLimitNeedsHoming = 10,
               kLineTooLong = 11, kUnsupported = 20, kModalGroup = 21, kNoFeed = 22,
               kRepeatedWord = 25, kNoAxes = 26, kMissingValue = 28, kUnusedWords = 36;
+const std::set<int> kOfFluidNc = {10, 13, 20, 21, 22, 23, 30, 32};  // settings below 100 it tells
 
 bool ReadNumber(std::string_view& text, double& value) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -31,15 +33,17 @@ bool ReadNumber(std::string_view& text, double& value) {
 
 }  // namespace
 
-// Spaces and comments are dropped and letters raised while characters come in.
+// Spaces and comments are dropped and letters raised while characters come in; not in FluidNC's
+// system commands, which have paths.
 void GrblMachine::ReadLines() {
   std::size_t used = 0;
   while (used < input_.size() && task_ == Task::kReadLines && !reset_ && alarm_ == 0) {
     const char c = input_[used++];
     if (c != '\n' && c != '\r') {
-      if (c <= ' ' || c == '/') continue;
+      const bool path = kind_ == GrblKind::kFluidNc && line_.starts_with('$');
+      if (c <= ' ' || (c == '/' && !path)) continue;
       if (line_.size() < kLineBytes)
-        line_ += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+        line_ += path ? c : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
       else
         line_overflow_ = true;
       continue;
@@ -68,6 +72,7 @@ int GrblMachine::ExecuteSystem(const std::string& command) {
   if (command == "$") {
     if (state_ == State::kRun) return kNotIdle;
     for (const auto& [number, value] : settings_) {
+      if (kind_ == GrblKind::kFluidNc && number < 100 && !kOfFluidNc.contains(number)) continue;
       const bool whole = number < 11 || number == 13 || (number >= 20 && number <= 23) ||
                          number == 26 || (number >= 30 && number <= 32);
       Say(whole ? fmt::format("${}={:.0f}", number, value)
@@ -88,10 +93,10 @@ int GrblMachine::ExecuteSystem(const std::string& command) {
   }
   if (state_ != State::kIdle && state_ != State::kAlarm) return kNotIdle;
   if (command == "I") {
-    Say("[VER:1.1h.20190825:]");
-    Say("[OPT:V,15,128]");
+    SayIdentity();
     return kOk;
   }
+  if (kind_ == GrblKind::kFluidNc && command.starts_with('/')) return ReportItem(command);
   if (command == "H") {
     if (Set(22) == 0) return kHomingOff;
     state_ = State::kHome;
@@ -113,6 +118,21 @@ int GrblMachine::ExecuteSystem(const std::string& command) {
   if (setting->first == 20 && value != 0 && Set(22) == 0) return kSoftLimitNeedsHoming;
   setting->second = value;
   return kOk;
+}
+
+// An item of FluidNC's configuration, "/axes/x/soft_limits".
+int GrblMachine::ReportItem(const std::string& name) {
+  for (const char axis : {'x', 'y'}) {
+    const std::string path = fmt::format("/axes/{}/", axis);
+    if (name == path + "homing/mpos_mm")
+      Say(fmt::format("${}={:.3f}", name, kFluidNcHome_mm));
+    else if (name == path + "soft_limits")
+      Say(fmt::format("${}={}", name, Set(20) != 0));
+    else
+      continue;
+    return kOk;
+  }
+  return kNotRecognised;
 }
 
 int GrblMachine::ExecuteBlock(const std::string& line) {
@@ -200,8 +220,11 @@ int GrblMachine::ExecuteBlock(const std::string& line) {
 
 int GrblMachine::PlanMove(const GrblMotion::Block& block) {
   bool outside = false;
-  for (int axis = 0; axis < 3; ++axis)
-    outside = outside || block.target[axis] > 0 || block.target[axis] < -Set(130 + axis);
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool from_home = kind_ == GrblKind::kFluidNc;
+    const double high = !from_home ? 0 : HomeMm(axis) + (HomesLow(axis) ? Set(130 + axis) : 0);
+    outside = outside || block.target[axis] > high || block.target[axis] < high - Set(130 + axis);
+  }
   if (Set(20) != 0 && outside) {
     // Comes to rest first, so that the position is kept.
     if (state_ == State::kRun) state_ = State::kHold;

@@ -24,7 +24,8 @@ std::map<int, double> Defaults() {
 
 }  // namespace
 
-GrblMachine::GrblMachine(const std::map<int, double>& settings) : settings_(Defaults()) {
+GrblMachine::GrblMachine(const std::map<int, double>& settings, GrblKind kind)
+    : kind_(kind), settings_(Defaults()) {
   for (const auto& [number, value] : settings) settings_[number] = value;
   motion_.PutCarriage({-0.4 * Set(130), -0.3 * Set(131), 0});
   Suffer("power cycle");
@@ -155,9 +156,45 @@ void GrblMachine::Start() {
   feed_ = 0;
   wco_countdown_ = override_countdown_ = 0;
   if (state_ != State::kAlarm) state_ = State::kIdle;
+  const bool locked = state_ == State::kAlarm;
   Say("");
-  Say("Grbl 1.1h ['$' for help]");
-  if (state_ == State::kAlarm) Say("[MSG:'$H'|'$X' to unlock]");
+  switch (kind_) {
+    case GrblKind::kGrbl:
+      Say("Grbl 1.1h ['$' for help]");
+      if (locked) Say("[MSG:'$H'|'$X' to unlock]");
+      break;
+    case GrblKind::kGrblHal:
+      Say("GrblHAL 1.1f ['$' or '$HELP' for help]");
+      if (locked) Say("ALARM:11");
+      if (locked) Say("[MSG:Homing cycle required]");
+      break;
+    case GrblKind::kFluidNc:
+      Say("Grbl 3.9 [FluidNC v3.9.1 (esp32-wifi) '$' for help]");
+      if (locked) Say("[MSG:INFO: ALARM: Unhomed]");
+      if (locked) Say("ALARM:14");
+      break;
+  }
+}
+
+void GrblMachine::SayIdentity() {
+  switch (kind_) {
+    case GrblKind::kGrbl:
+      Say("[VER:1.1h.20190825:]");
+      Say("[OPT:V,15,128]");
+      break;
+    case GrblKind::kGrblHal:
+      for (const char* line :
+           {"[VER:1.1f.20260817:]", "[OPT:VNM+,100,1024,3,0]", "[AXS:3:XYZ]",
+            "[NEWOPT:ENUMS,RT+,HOME,TC,SED]", "[FIRMWARE:grblHAL]", "[SIGNALS:D]",
+            "[NVS STORAGE:*EEPROM]", "[DRIVER:Simulator]", "[DRIVER VERSION:260324]"})
+        Say(line);
+      break;
+    case GrblKind::kFluidNc:
+      Say("[VER:3.9 FluidNC v3.9.1 (esp32-wifi) :]");
+      Say("[OPT:PHSEW]");
+      Say("[MSG:Machine: bench]");
+      break;
+  }
 }
 
 void GrblMachine::Report() {
@@ -226,6 +263,11 @@ void GrblMachine::Work(double seconds) {
   }
 }
 
+double GrblMachine::HomeMm(int axis) const {
+  if (kind_ == GrblKind::kFluidNc) return kFluidNcHome_mm;
+  return HomesLow(axis) ? Set(27) - Set(130 + axis) : -Set(27);
+}
+
 bool GrblMachine::HomesLow(int axis) const { return (static_cast<int>(Set(23)) >> axis & 1) != 0; }
 
 // The way an axis still has before it presses its switch, mm.
@@ -276,10 +318,7 @@ void GrblMachine::Home(double seconds) {
   homing_way_ = {};
   wait_s_ = Set(26) / 1000;
   if (++homing_phase_ < 4) return;
-  Axes home{};
-  for (int axis = 0; axis < 2; ++axis)
-    home[axis] = HomesLow(axis) ? Set(27) - Set(130 + axis) : -Set(27);
-  motion_.SetPosition(home);
+  motion_.SetPosition({HomeMm(0), HomeMm(1), 0});
   state_ = State::kIdle;
   Finish(0);
 }

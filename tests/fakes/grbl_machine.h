@@ -1,6 +1,7 @@
 // A Grbl 1.1h controller with an XY carriage and home switches: a test tool, written after the
 // firmware's documents (doc/markdown/interface.md, commands.md, doc/csv) and checked against
-// recorded conversations of real controllers (tests/hal/grbl_machine_test.cc).
+// recorded conversations of real controllers (tests/hal/grbl_machine_test.cc). It can greet, number
+// its alarms and describe itself as grblHAL and FluidNC do.
 //
 // Modelled: 128 bytes of input, lines of 80, 15 waiting moves; `?` `!` `~` and reset picked out of
 // the stream; $$ $n= $I $G $X $H; G0 G1 G4 G20 G21 G53 G54 G90 G91 G94; soft limits, limit
@@ -16,10 +17,15 @@
 
 namespace luxfield::fakes {
 
+enum class GrblKind { kGrbl, kGrblHal, kFluidNc };
+
 class GrblMachine : public FakeDevice {
  public:
+  // Where homing leaves the axes of FluidNC, mm.
+  static constexpr double kFluidNcHome_mm = 12;
+
   // `settings` replace the defaults ($n = value). Starts switched on, its welcome said.
-  explicit GrblMachine(const std::map<int, double>& settings = {});
+  explicit GrblMachine(const std::map<int, double>& settings = {}, GrblKind kind = GrblKind::kGrbl);
 
   void Receive(std::string_view bytes) override;
   void Advance(double seconds) override;
@@ -51,13 +57,17 @@ class GrblMachine : public FakeDevice {
   // The response's number: 0 ok, -1 not finished yet.
   int Execute(const std::string& line);
   int ExecuteSystem(const std::string& line);
+  int ReportItem(const std::string& name);
   int ExecuteBlock(const std::string& line);
   int PlanMove(const GrblMotion::Block& block);
 
+  void SayIdentity();
+  double HomeMm(int axis) const;
   double ToSwitch(int axis) const;
   bool AtSwitch(int axis) const;
   bool HomesLow(int axis) const;
 
+  GrblKind kind_;
   std::map<int, double> settings_;
   GrblMotion motion_;
   State state_ = State::kIdle;

@@ -67,20 +67,37 @@ void PtyHost::Freeze(bool frozen) {
   Wake();
 }
 
+void PtyHost::Delay(double each_way_s) {
+  const std::lock_guard lock(mutex_);
+  each_way_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(each_way_s));
+}
+
 void PtyHost::Inspect(const Look& look) {
   const std::lock_guard lock(mutex_);
   look(*device_);
 }
 
+void PtyHost::Way::Put(std::string bytes, Clock::time_point arrival) {
+  if (!bytes.empty()) under_way_.emplace_back(arrival, std::move(bytes));
+}
+
+std::string PtyHost::Way::Take(Clock::time_point now) {
+  std::string arrived;
+  for (; !under_way_.empty() && under_way_.front().first <= now; under_way_.pop_front())
+    arrived += under_way_.front().second;
+  return arrived;
+}
+
 void PtyHost::Run() {
-  using Clock = std::chrono::steady_clock;
   constexpr int kTick_ms = 1;
   auto last = Clock::now();
   bool active = true;
+  Way there, back;
   std::string out;
   while (!ending_) {
+    const bool ticking = active || !out.empty() || !there.empty() || !back.empty();
     std::array<pollfd, 2> waits{pollfd{master_, POLLIN, 0}, pollfd{wake_, POLLIN, 0}};
-    ::poll(waits.data(), waits.size(), active || !out.empty() ? kTick_ms : -1);
+    ::poll(waits.data(), waits.size(), ticking ? kTick_ms : -1);
     std::uint64_t count = 0;
     [[maybe_unused]] const ssize_t woken = ::read(wake_, &count, sizeof count);
     std::array<char, 512> bytes;
@@ -90,12 +107,14 @@ void PtyHost::Run() {
     const auto now = Clock::now();
     if (active) device_->Advance(speed_up_ * std::chrono::duration<double>(now - last).count());
     last = now;
-    if (got > 0 && !frozen_) device_->Receive({bytes.data(), static_cast<std::size_t>(got)});
+    if (got > 0) there.Put({bytes.data(), static_cast<std::size_t>(got)}, now + each_way_);
+    if (const std::string arrived = there.Take(now); !frozen_) device_->Receive(arrived);
     device_->Advance(0);
     if (after_step_) after_step_(*device_);
     std::string said = device_->Transmit();
     if (frozen_) said.clear();
-    out += said;
+    back.Put(std::move(said), now + each_way_);
+    out += back.Take(now);
     const ssize_t put = ::write(master_, out.data(), out.size());
     if (put > 0) out.erase(0, static_cast<std::size_t>(put));
     active = device_->active();

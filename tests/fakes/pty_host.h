@@ -3,11 +3,14 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "tests/fakes/fake_device.h"
 
@@ -27,12 +30,27 @@ class PtyHost {
   const std::string& port() const { return port_; }
   // Between two of the device's steps.
   bool Suffer(std::string_view event);
+  // From here on bytes take `each_way_s` to pass the line, in either direction.
+  void Delay(double each_way_s);
   // A frozen device takes and says nothing; its line stays open and its motion goes on.
   void Freeze(bool frozen);
   // Looks at the device between two of its steps.
   void Inspect(const Look& look);
 
  private:
+  using Clock = std::chrono::steady_clock;
+  // Bytes under way in one direction.
+  class Way {
+   public:
+    void Put(std::string bytes, Clock::time_point arrival);
+    // What has arrived by `now`.
+    std::string Take(Clock::time_point now);
+    bool empty() const { return under_way_.empty(); }
+
+   private:
+    std::deque<std::pair<Clock::time_point, std::string>> under_way_;
+  };
+
   void Run();
   void Wake();
 
@@ -43,6 +61,7 @@ class PtyHost {
   std::string port_;
   std::mutex mutex_;
   bool frozen_ = false;
+  Clock::duration each_way_{};
   std::atomic<bool> ending_ = false;
   std::thread thread_;
 };

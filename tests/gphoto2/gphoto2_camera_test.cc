@@ -19,6 +19,7 @@
 #include "tests/gphoto2/ptp_bench.h"
 #include "tests/gphoto2/ptp_usb_host.h"
 #include "tests/hal/error_of.h"
+#include "tests/hal/fewer_rights.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
@@ -177,6 +178,24 @@ TEST_F(StillCamera, OnUsbIsListedAndItsUnpluggingIsNamed) {
     ExpectFrame(camera.Expose(Soon(10)), 0.02);
     host.Unplug();
     EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(10)); }).fault, Fault::kDisconnected);
+  }
+  g_object_unref(testbed);
+}
+
+TEST_F(StillCamera, OnUsbOfOthersIsRefusedWithTheGroupToJoin) {
+  UMockdevTestbed* testbed = umockdev_testbed_new();
+  {
+    PtpUsbHost host(testbed, 6, bench_.camera);
+    Gphoto2Options options = bench_.Options();
+    options.port = host.port();
+    const Forbidden node("/dev/bus/usb/001/007");
+    const HardwareError error = ErrorOf([&] { Gphoto2Camera camera(options, clock_); });
+    EXPECT_EQ(error.fault, Fault::kRefused) << error.what();
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr(host.port()), HasSubstr("group plugdev"),
+                                             HasSubstr("docs/how-to/permissions.md")));
+    const auto devices = ListGphoto2Devices();
+    ASSERT_EQ(devices.size(), 1u);
+    EXPECT_EQ(devices[0].problem, error.what());
   }
   g_object_unref(testbed);
 }

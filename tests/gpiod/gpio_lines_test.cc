@@ -7,6 +7,7 @@
 #include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 #include "tests/hal/error_of.h"
+#include "tests/hal/fewer_rights.h"
 
 namespace luxfield::hal::gpiod {
 namespace {
@@ -77,6 +78,15 @@ TEST_F(GpioLines, RefusalsSayWhyAndWhatToDo) {
   const HardwareError gone = ErrorOf([] { InputLines("gpiochip7", {{"stop"}}); });
   EXPECT_EQ(gone.fault, Fault::kDisconnected);
   EXPECT_THAT(gone.what(), HasSubstr("/dev/gpiochip7"));
+}
+
+TEST_F(GpioLines, AChipOfOthersIsRefusedWithTheGroupToJoin) {
+  const Forbidden node(FakeGpioChip::kPath);
+  const HardwareError error = ErrorOf([] { InputLines("gpiochip0", {{"stop"}}); });
+  EXPECT_EQ(error.fault, Fault::kRefused);
+  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("/dev/gpiochip0"), HasSubstr("group gpio"),
+                                           HasSubstr("udev rule"),
+                                           HasSubstr("docs/how-to/permissions.md")));
 }
 
 TEST_F(GpioLines, AChipThatGoesAwayIsDisconnected) {

@@ -8,6 +8,7 @@
 
 #include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
+#include "tests/hal/fewer_rights.h"
 
 namespace luxfield::hal::gpiod {
 namespace {
@@ -69,6 +70,12 @@ TEST_F(GpioSafety, SafeWhileContactsAreClosed) {
   EXPECT_TRUE(inputs.State().safe());
   EXPECT_EQ(Describe(inputs.State()), "");
   EXPECT_THAT(inputs.identity(), HasSubstr("/dev/gpiochip0"));
+}
+
+TEST_F(GpioSafety, KnowsWhetherTheSystemRefusesRealTimePriority) {
+  EXPECT_EQ(SafetyInputs(Options()).real_time(), GrantsRealTime());
+  const NoRealTime refused;
+  EXPECT_FALSE(SafetyInputs(Options()).real_time());
 }
 
 TEST_F(GpioSafety, AnOpenContactTripsOnceAndTripsAgainAfterItWasClosed) {

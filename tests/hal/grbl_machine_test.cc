@@ -72,6 +72,33 @@ TEST(GrblMachine, StartsLockedAndListsItsSettings) {
   EXPECT_THAT(Say(machine, "G28\n"), ElementsAre("error:9"));
 }
 
+// grblHAL's simulator (core of 2026-08): power-up with $22=5, a status query, $I.
+TEST(GrblMachine, GreetsAsGrblHal) {
+  GrblMachine machine({}, GrblKind::kGrblHal);
+  EXPECT_THAT(Say(machine, ""), ElementsAre("GrblHAL 1.1f ['$' or '$HELP' for help]", "ALARM:11",
+                                            "[MSG:Homing cycle required]"));
+  EXPECT_THAT(Say(machine, "?"), ElementsAre(HasSubstr("<Alarm|MPos:0.000,0.000,0.000|")));
+  EXPECT_THAT(Say(machine, "$I\n"),
+              ElementsAre("[VER:1.1f.20260817:]", "[OPT:VNM+,100,1024,3,0]", "[AXS:3:XYZ]",
+                          "[NEWOPT:ENUMS,RT+,HOME,TC,SED]", "[FIRMWARE:grblHAL]", "[SIGNALS:D]",
+                          "[NVS STORAGE:*EEPROM]", "[DRIVER:Simulator]", "[DRIVER VERSION:260324]",
+                          "ok"));
+}
+
+// Report.cpp, Protocol.cpp, ProcessSettings.cpp and RuntimeSetting.cpp of FluidNC.
+TEST(GrblMachine, GreetsAsFluidNc) {
+  GrblMachine machine({{20, 1}}, GrblKind::kFluidNc);
+  EXPECT_THAT(Say(machine, ""), ElementsAre("Grbl 3.9 [FluidNC v3.9.1 (esp32-wifi) '$' for help]",
+                                            "[MSG:INFO: ALARM: Unhomed]", "ALARM:14"));
+  EXPECT_THAT(Say(machine, "$I\n"), ElementsAre("[VER:3.9 FluidNC v3.9.1 (esp32-wifi) :]",
+                                                "[OPT:PHSEW]", "[MSG:Machine: bench]", "ok"));
+  EXPECT_THAT(Say(machine, "$/axes/y/homing/mpos_mm\n"),
+              ElementsAre("$/axes/y/homing/mpos_mm=12.000", "ok"));
+  EXPECT_THAT(Say(machine, "$/axes/x/soft_limits\n"),
+              ElementsAre("$/axes/x/soft_limits=true", "ok"));
+  EXPECT_THAT(Say(machine, "$$\n"), testing::Not(testing::Contains(HasSubstr("$27="))));
+}
+
 // usbcnc/grbl#22 (1.1f): the offset comes in the first report, overrides in the second, then
 // neither. (The probe pin and the accessories of that machine are not modelled.)
 TEST(GrblMachine, ReportsOffsetAndOverridesInTurns) {

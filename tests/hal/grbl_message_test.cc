@@ -28,12 +28,26 @@ TEST(GrblMessage, ResponsesAreOnlyOkAndError) {
   Parsed<Ok>("ok");
   EXPECT_EQ(Parsed<ErrorReply>("error:9").code, 9);
   EXPECT_EQ(Parsed<Alarm>("ALARM:1").code, 1);
-  EXPECT_EQ(Parsed<Welcome>("Grbl 1.1h ['$' for help]").version, "1.1h");
   EXPECT_EQ(Parsed<Feedback>("[MSG:'$H'|'$X' to unlock]").text, "MSG:'$H'|'$X' to unlock");
   EXPECT_EQ(Parsed<Feedback>("[VER:1.1h.20190825:]").text, "VER:1.1h.20190825:");
   // interface.md: executed startup lines answer nothing that was sent.
   for (const char* line : {">G54G20:ok", ">:error:7", "", "OK", "ok ", "error:", "error:x",
                            "error:-1", "ALARM:", "ALARM:1x", "Grbl", "hello", "<", ">", "[", "<>"})
+    Parsed<Other>(line);
+}
+
+// interface.md; report.c of grblHAL; Report.cpp and SettingsDefinitions.cpp of FluidNC.
+TEST(GrblMessage, TheFirmwareIsNamedByItsWelcomeAndItsVersionLine) {
+  const auto named = [](const Firmware& firmware) { return firmware.name + " " + firmware.version; };
+  const auto welcomed = [&](const std::string& line) {
+    return named(Parsed<Welcome>(line).firmware);
+  };
+  EXPECT_EQ(welcomed("Grbl 1.1h ['$' for help]"), "Grbl 1.1h");
+  EXPECT_EQ(welcomed("GrblHAL 1.1f ['$' or '$HELP' for help]"), "grblHAL 1.1f");
+  EXPECT_EQ(welcomed("Grbl 3.9 [FluidNC v3.9.1 (esp32-wifi) '$' for help]"), "FluidNC v3.9.1");
+  EXPECT_EQ(named(ParseVersion("VER:1.1h.20190825:my machine")), "Grbl 1.1h.20190825");
+  EXPECT_EQ(named(ParseVersion("VER:3.9 FluidNC v3.9.1 (esp32-wifi) :")), "FluidNC v3.9.1");
+  for (const char* line : {"Grbl 1.1h", "Marlin 2.1 ['$' for help]", "GrblX 1 ['$' for help]"})
     Parsed<Other>(line);
 }
 
@@ -81,13 +95,19 @@ TEST(GrblMessage, DamagedReportsAreRefused) {
 }
 
 TEST(GrblMessage, EveryDocumentedCodeHasAMeaningAndARemedy) {
-  for (int code = 1; code <= 9; ++code) {
-    EXPECT_THAT(std::string(AlarmMeaning(code).problem),
-                testing::Not(testing::HasSubstr("no known")));
-    EXPECT_FALSE(AlarmMeaning(code).remedy.empty());
-  }
+  for (const char* firmware : {"Grbl", "grblHAL", "FluidNC"})
+    for (int code = 1; code <= 9; ++code) {
+      EXPECT_THAT(std::string(AlarmMeaning(code, firmware).problem),
+                  testing::Not(testing::HasSubstr("no known")));
+      EXPECT_FALSE(AlarmMeaning(code, firmware).remedy.empty());
+    }
+  // From 10 on a number means another thing to each.
+  EXPECT_EQ(AlarmMeaning(11, "grblHAL").fault, Fault::kNotHomed);
+  EXPECT_EQ(AlarmMeaning(11, "FluidNC").fault, Fault::kStopped);
+  EXPECT_EQ(AlarmMeaning(14, "grblHAL").fault, Fault::kStopped);
+  EXPECT_EQ(AlarmMeaning(14, "FluidNC").fault, Fault::kNotHomed);
   EXPECT_EQ(ErrorMeaning(9).fault, Fault::kNotHomed);
-  EXPECT_FALSE(AlarmMeaning(98).remedy.empty());
+  EXPECT_FALSE(AlarmMeaning(98, "Grbl").remedy.empty());
   EXPECT_FALSE(ErrorMeaning(79).remedy.empty());
 }
 
@@ -95,7 +115,8 @@ TEST(GrblMessage, SurvivesASampleOfFuzzing) {
   fuzz::Seeded(fuzz::GrblMessage,
                {"<Hold:0|MPos:-128.925,0.000,0.800|Bf:15,125|FS:0,0|WCO:0.000,0.000,0.000>\r\n",
                 "ok\nerror:9\nALARM:1\n[MSG:Reset to continue]\n", "$110=500.000\n",
-                "Grbl 1.1h ['$' for help]\n>G54:ok\n"});
+                "Grbl 1.1h ['$' for help]\n>G54:ok\n", "GrblHAL 1.1f ['$' or '$HELP' for help]\n",
+                "Grbl 3.9 [FluidNC v3.9.1 (esp32-wifi) '$' for help]\n"});
 }
 
 }  // namespace

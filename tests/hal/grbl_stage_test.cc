@@ -7,7 +7,9 @@
 
 #include <deque>
 #include <functional>
+#include <tuple>
 
+#include "luxfield/hal/lab/identify_port.h"
 #include "luxfield/hal/transport/faulty_stream.h"
 #include "luxfield/hal/transport/open_port.h"
 #include "luxfield/hal/transport/scripted_stream.h"
@@ -51,6 +53,36 @@ std::string ErrorOfConnecting(const std::map<int, double>& settings, const Stage
   return ErrorOf([&] { GrblStage stage(OpenSerialPort(host.port(), 115200), setup, kClock); });
 }
 
+Exchange Report(const std::string& state, const std::string& position) {
+  return {"?", "<" + state + "|MPos:" + position + ",0.000|FS:0,0>\r\n"};
+}
+
+// A connection and a homing, to the byte, then `what_follows`. Reports follow interface.md.
+std::deque<Exchange> Conversation(const std::vector<Exchange>& what_follows) {
+  const std::string welcome = "\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n";
+  std::string settings;
+  for (const auto& [number, value] : std::map<int, double>{{13, 0}, {20, 1}, {22, 1}, {23, 0}})
+    settings += fmt::format("${}={:.0f}\r\n", number, value);
+  for (const int axis : {0, 1, 2})
+    settings += fmt::format("${}=250.000\r\n${}=6000.000\r\n${}=200.000\r\n", 100 + axis,
+                            110 + axis, 130 + axis);
+  settings += "$27=1.000\r\nok\r\n";
+  std::deque<Exchange> conversation = {
+      {"", welcome},
+      {"!", ""},
+      Report("Alarm", "0.000,0.000"),
+      {"\x18", welcome},
+      {"?", "<Alarm|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n"},
+      {"$I\n", "[VER:1.1h.20190825:]\r\n[OPT:V,15,128]\r\nok\r\n"},
+      {"$$\n", settings},
+      {"$H\n", "ok\r\n"},
+      Report("Idle", "-1.000,-1.000"),
+      Report("Idle", "-1.000,-1.000"),
+  };
+  conversation.insert(conversation.end(), what_follows.begin(), what_follows.end());
+  return conversation;
+}
+
 TEST(GrblStage, RefusesAMachineThatIsNotTheLabs) {
   EXPECT_EQ(ErrorOfConnecting({}, TestSetup()), "no error");
   EXPECT_THAT(ErrorOfConnecting({{13, 1}}, TestSetup()), HasSubstr("$13=0"));
@@ -69,6 +101,98 @@ TEST(GrblStage, SilenceIsNotGrbl) {
   EXPECT_THAT(
       ErrorOf([&] { GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock); }),
       HasSubstr("timeout"));
+}
+
+// After power-up a controller that homes is locked, and says so to whoever asks. Wi-Fi, Bluetooth
+// and busy hosts answer late, and the driver asks before the answer to a command has come.
+TEST(GrblStage, OpensHomesAndMovesALockedControllerBehindASlowLine) {
+  for (const double each_way_s : {0.15, 0.5}) {
+    SCOPED_TRACE(each_way_s);
+    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+    host.Delay(each_way_s);
+    GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+    StagePosition where = stage.Where();
+    EXPECT_FALSE(where.homed);
+    EXPECT_EQ(where.lost, "") << "nothing was known that could be lost";
+    EXPECT_THAT(ErrorOf([&] { stage.MoveTo({0, 0}, In(20)); }), HasSubstr("home it first"));
+    stage.Home(In(20));
+    stage.MoveTo({0.025, 0.012}, In(20));
+    where = stage.Where();
+    EXPECT_TRUE(where.homed);
+    EXPECT_NEAR(where.readback.x, 0.025, 1e-5);
+    EXPECT_NEAR(where.readback.y, 0.012, 1e-5);
+  }
+}
+
+// An alarm whose line got lost shows in the next report only.
+TEST(GrblStage, AMoveRefusesAControllerThatIsLocked) {
+  auto script = std::make_unique<ScriptedStream>(Conversation({
+      {"G21G90G94G53G1X-75.0000Y-112.0000F6000.000\n", "ok\r\n"},
+      {"G4P0.01\n", "ok\r\n"},
+      Report("Alarm", "-80.000,-100.000"),
+      {"!", ""},
+  }));
+  const ScriptedStream& peer = *script;
+  GrblStage stage(std::move(script), TestSetup(), kClock);
+  stage.Home(In(5));
+  EXPECT_THAT(ErrorOf([&] { stage.MoveTo({0.025, 0.012}, In(5)); }), HasSubstr("Alarm"));
+  EXPECT_THAT(stage.Where().lost, HasSubstr("Alarm"));
+  EXPECT_TRUE(peer.finished());
+}
+
+// They greet, number their alarms and place their home differently, and are asked by other names.
+TEST(GrblStage, DrivesGrblHalAndFluidNc) {
+  for (const auto& [kind, name, origin_mm] :
+       {std::tuple{fakes::GrblKind::kGrblHal, "grblHAL 1.1f.20260817 stage", -100.0},
+        std::tuple{fakes::GrblKind::kFluidNc, "FluidNC v3.9.1 stage",
+                   fakes::GrblMachine::kFluidNcHome_mm - 100}}) {
+    SCOPED_TRACE(name);
+    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick, kind));
+    StageSetup setup = TestSetup();
+    for (Axis& axis : setup.axes) axis.origin_mm = origin_mm;
+    GrblStage stage(OpenSerialPort(host.port(), 115200), setup, kClock);
+    EXPECT_THAT(stage.identity(), HasSubstr(name));
+    stage.Home(In(20));
+    stage.MoveTo({0.025, 0.012}, In(20));
+    EXPECT_NEAR(stage.Where().readback.x, 0.025, 1e-5);
+    host.Inspect([&, origin = origin_mm](fakes::FakeDevice& device) {
+      const auto& at = dynamic_cast<fakes::GrblMachine&>(device).motion().position();
+      EXPECT_NEAR(at[0], origin + 25, 1e-6);
+      EXPECT_NEAR(at[1], origin - 12, 1e-6);
+    });
+    host.Suffer("limit switch");
+    EXPECT_THAT(stage.Where().lost, HasSubstr("ALARM:1,"));
+    stage.Home(In(20));
+  }
+}
+
+// FluidNC's machine space ends where homing leaves it, and its remedies are in a file.
+TEST(GrblStage, RefusesAFluidNcThatIsNotTheLabs) {
+  const auto refused = [](const std::map<int, double>& settings, double origin_mm) {
+    fakes::PtyHost host(
+        std::make_unique<fakes::GrblMachine>(Quick(settings), fakes::GrblKind::kFluidNc));
+    StageSetup setup = TestSetup();
+    for (Axis& axis : setup.axes) axis.origin_mm = origin_mm;
+    return ErrorOf([&] { GrblStage stage(OpenSerialPort(host.port(), 115200), setup, kClock); });
+  };
+  EXPECT_EQ(refused({}, -68.5), "no error");  // up to 11.5 mm; Grbl's space would end at 0
+  EXPECT_THAT(refused({}, -67.5), HasSubstr("-188 to 12 mm"));
+  EXPECT_EQ(refused({{23, 3}}, 92.5), "no error");  // from 12.5 mm, upwards from its switches
+  EXPECT_THAT(refused({{23, 3}}, 91.5), HasSubstr("12 to 212 mm"));
+  EXPECT_THAT(refused({{20, 0}}, -68.5),
+              testing::AllOf(HasSubstr("soft_limits: true"), HasSubstr("config.yaml")));
+  EXPECT_THAT(refused({{13, 1}}, -68.5), HasSubstr("report_inches: false"));
+}
+
+TEST(GrblStage, APortsFirmwareIsNamedWhereItHasSaidSo) {
+  for (const auto& [kind, name] : {std::pair{fakes::GrblKind::kGrbl, "Grbl 1.1h"},
+                                   std::pair{fakes::GrblKind::kGrblHal, "grblHAL 1.1f"},
+                                   std::pair{fakes::GrblKind::kFluidNc, "FluidNC v3.9.1"}}) {
+    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick, kind));
+    EXPECT_EQ(IdentifyPort(host.port(), 115200).front().what, name);
+    // A status report is the same from all of them, and nothing more is asked.
+    EXPECT_EQ(IdentifyPort(host.port(), 115200).front().what, "Grbl, grblHAL or FluidNC, Alarm");
+  }
 }
 
 // The machine goes where the axes' map says, and keeps the lab's speed.
@@ -150,38 +274,17 @@ TEST(GrblStage, AFailedHomingIsAnError) {
   EXPECT_FALSE(stage.Where().homed);
 }
 
-// The conversation of a connection, a homing and a move, to the byte; then the transcript of a
-// limit switch (gnea/grbl#757). Reports follow interface.md.
+// The conversation of a move, to the byte, then the transcript of a limit switch (gnea/grbl#757).
 TEST(GrblStage, SpeaksAsTheDocumentsSay) {
-  const std::string welcome = "\r\nGrbl 1.1h ['$' for help]\r\n", reset = "\x18";
-  const auto report = [](const std::string& state, const std::string& position) {
-    return Exchange{"?", "<" + state + "|MPos:" + position + ",0.000|FS:0,0>\r\n"};
-  };
-  std::string settings;
-  for (const auto& [number, value] : std::map<int, double>{{13, 0}, {20, 1}, {22, 1}, {23, 0}})
-    settings += fmt::format("${}={:.0f}\r\n", number, value);
-  for (const int axis : {0, 1, 2})
-    settings += fmt::format("${}=250.000\r\n${}=6000.000\r\n${}=200.000\r\n", 100 + axis,
-                            110 + axis, 130 + axis);
-  settings += "$27=1.000\r\nok\r\n";
-  auto script = std::make_unique<ScriptedStream>(
-      std::deque<Exchange>{{"", welcome + "[MSG:'$H'|'$X' to unlock]\r\n"},
-                           {"!", ""},
-                           report("Alarm", "0.000,0.000"),
-                           {reset, welcome + "[MSG:'$H'|'$X' to unlock]\r\n"},
-                           {"?", "<Alarm|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n"},
-                           {"$I\n", "[VER:1.1h.20190825:]\r\n[OPT:V,15,128]\r\nok\r\n"},
-                           {"$$\n", settings},
-                           {"$H\n", "ok\r\n"},
-                           report("Idle", "-1.000,-1.000"),
-                           report("Idle", "-1.000,-1.000"),
-                           {"G21G90G94G53G1X-75.0000Y-112.0000F6000.000\n", "ok\r\n"},
-                           {"G4P0.01\n", "ok\r\n"},
-                           report("Idle", "-75.000,-112.000"),
-                           report("Idle", "-75.000,-112.000"),
-                           {"G21G90G94G53G1X-100.0000Y-100.0000F6000.000\n",
-                            "ok\r\nALARM:1\r\n[MSG:Reset to continue]\r\n"},
-                           {"!", ""}});
+  auto script = std::make_unique<ScriptedStream>(Conversation({
+      {"G21G90G94G53G1X-75.0000Y-112.0000F6000.000\n", "ok\r\n"},
+      {"G4P0.01\n", "ok\r\n"},
+      Report("Idle", "-75.000,-112.000"),
+      Report("Idle", "-75.000,-112.000"),
+      {"G21G90G94G53G1X-100.0000Y-100.0000F6000.000\n",
+       "ok\r\nALARM:1\r\n[MSG:Reset to continue]\r\n"},
+      {"!", ""},
+  }));
   const ScriptedStream& peer = *script;
   GrblStage stage(std::move(script), TestSetup(), kClock);
   stage.Home(In(5));

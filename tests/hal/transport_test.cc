@@ -22,6 +22,8 @@
 #include "luxfield/hal/transport/scripted_stream.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
+#include "tests/hal/error_of.h"
+#include "tests/hal/fewer_rights.h"
 
 namespace luxfield::hal {
 namespace {
@@ -191,6 +193,17 @@ TEST(Transport, PortsThatCannotBeOpened) {
   EXPECT_EQ(FaultOf([] { OpenPort("tcp:localhost", 9600, Later()); }), Fault::kRefused);
   // Port 1 of this machine: nobody listens there.
   EXPECT_EQ(FaultOf([] { OpenPort("tcp:127.0.0.1:1", 9600, Later()); }), Fault::kDisconnected);
+}
+
+TEST(Transport, APortOfOthersIsRefusedWithTheGroupToJoin) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>());
+  EXPECT_EQ(PortRefusal(host.port()), "");
+  const Forbidden port(host.port());
+  const HardwareError error = ErrorOf([&] { OpenSerialPort(host.port(), 9600); });
+  EXPECT_EQ(error.fault, Fault::kRefused);
+  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("Permission denied (refused); join the group dialout"),
+                                           HasSubstr("docs/how-to/permissions.md")));
+  EXPECT_EQ(PortRefusal(host.port()), error.what());
 }
 
 TEST(Transport, ScriptsAreFollowedToTheByte) {

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "luxfield/hal/safety/safety_guard.h"
+#include "tests/hal/fewer_rights.h"
 
 namespace luxfield::hal {
 namespace {
@@ -71,6 +72,13 @@ class Program {
 
 [[noreturn]] void Forever() {
   for (;;) pause();
+}
+
+TEST(Watchdog, KnowsWhetherTheSystemRefusesRealTimePriority) {
+  const auto real_time = [] { return Watchdog([](const char*) {}, kFast).real_time(); };
+  EXPECT_EQ(real_time(), GrantsRealTime());
+  const NoRealTime refused;
+  EXPECT_FALSE(real_time());
 }
 
 TEST(Watchdog, ActsWhenItsProgramIsKilled) {

@@ -5,6 +5,7 @@
 
 #include "luxfield/hal/error.h"
 #include "tests/hal/error_of.h"
+#include "tests/hal/fewer_rights.h"
 #include "tests/usbtmc/fake_instrument.h"
 
 namespace luxfield::hal::usbtmc {
@@ -158,6 +159,18 @@ TEST_F(UsbTmcDeviceTest, AnInstrumentThatIsNotThere) {
   EXPECT_EQ(ErrorOf([&] { UsbTmc device(options); }).fault, Fault::kDisconnected);
   options.serial = "7";
   EXPECT_NO_THROW(UsbTmc device(options));
+}
+
+TEST_F(UsbTmcDeviceTest, AnInstrumentOfOthersIsRefusedWithTheGroupToJoin) {
+  const Forbidden node("/dev/bus/usb/001/002");
+  const HardwareError error = ErrorOf([&] { UsbTmc device(Options()); });
+  EXPECT_EQ(error.fault, Fault::kRefused);
+  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("1209:0001"), HasSubstr("group plugdev"),
+                                           HasSubstr("udev rule"),
+                                           HasSubstr("docs/how-to/permissions.md")));
+  const auto devices = ListUsbTmcDevices();
+  ASSERT_EQ(devices.size(), 1u);
+  EXPECT_EQ(devices[0].problem, error.what());
 }
 
 TEST(UsbTmcQuirks, AreOffButForTheInstrumentsThatHaveThem) {

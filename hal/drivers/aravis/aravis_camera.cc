@@ -112,8 +112,7 @@ void AravisCamera::Session::Connect(const AravisOptions& options) {
   camera.reset(arv_camera_new(options.id.empty() ? nullptr : options.id.c_str(), result));
   result.ThrowIfFailed();
   if (!camera)
-    throw HardwareError(Fault::kDisconnected, name, "open", "no such camera answers",
-                        "check cable, power and network; `luxfield devices` lists what is there");
+    throw HardwareError(Fault::kDisconnected, name, "open", "no such camera answers", kNotFound);
 }
 
 // Whether our writes count; on USB there is nobody else.

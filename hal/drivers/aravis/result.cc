@@ -18,8 +18,10 @@ void Result::ThrowIfFailed() const {
     remedy = "choose a setting that the camera has";
   }
   if (error_->domain == ARV_DEVICE_ERROR) switch (error_->code) {
-      case ARV_DEVICE_ERROR_NOT_CONNECTED:
       case ARV_DEVICE_ERROR_NOT_FOUND:
+        remedy = kNotFound;
+        [[fallthrough]];
+      case ARV_DEVICE_ERROR_NOT_CONNECTED:
         fault = Fault::kDisconnected;
         break;
       case ARV_DEVICE_ERROR_TIMEOUT:

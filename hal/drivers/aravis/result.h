@@ -29,6 +29,11 @@ class Result {
   GError* error_ = nullptr;
 };
 
+// The remedy where a camera is not found: aravis passes over those on USB that it may not open.
+inline constexpr const char* kNotFound =
+    "check cable, power and network, and join the group plugdev for one on USB "
+    "(docs/how-to/permissions.md); `luxfield devices` lists what is there";
+
 // Of a setting that the camera does not have, or take.
 HardwareError Refused(const std::string& device, const std::string& operation,
                       const std::string& problem);

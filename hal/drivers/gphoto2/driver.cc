@@ -23,7 +23,7 @@ DescribedCamera Read(const core::Config& camera) {
 std::vector<AttachedDevice> Attached() {
   std::vector<AttachedDevice> devices;
   for (const Gphoto2Device& camera : ListGphoto2Devices())
-    devices.push_back({"gphoto2", camera.port, camera.model, {}});
+    devices.push_back({"gphoto2", camera.port, camera.model, camera.problem});
   return devices;
 }
 #endif

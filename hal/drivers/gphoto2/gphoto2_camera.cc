@@ -179,6 +179,7 @@ void Gphoto2Camera::Session::Connect() {
           "check cable and power; `luxfield devices` lists the ports for camera.port");
     port = PortOf(found.get(), take);
     model = ModelOf(found.get(), take);
+    if (const auto refusal = RefusalOf(port)) throw *refusal;
   }
   Require(gp_camera_new(&camera_), "open");
   CameraAbilitiesList* models = nullptr;
@@ -430,8 +431,11 @@ std::vector<Gphoto2Device> ListGphoto2Devices() {
   const OwnedContext context(gp_context_new());
   const OwnedList found = DetectedCameras(context.get());
   std::vector<Gphoto2Device> devices;
-  for (int k = 0; k < gp_list_count(found.get()); ++k)
-    devices.push_back({PortOf(found.get(), k), ModelOf(found.get(), k)});
+  for (int k = 0; k < gp_list_count(found.get()); ++k) {
+    const std::string port = PortOf(found.get(), k);
+    const auto refusal = RefusalOf(port);
+    devices.push_back({port, ModelOf(found.get(), k), refusal ? refusal->what() : ""});
+  }
   return devices;
 }
 

@@ -36,6 +36,7 @@ struct Gphoto2Options {
 
 struct Gphoto2Device {
   std::string port, model;
+  std::string problem;  // why it cannot be opened; empty: it can
 };
 // Cameras on USB now.
 std::vector<Gphoto2Device> ListGphoto2Devices();

@@ -2,9 +2,23 @@
 
 #include "luxfield/hal/drivers/gphoto2/library.h"
 
+#include <algorithm>
+#include <string_view>
+
+#include "luxfield/hal/permission.h"
+
 namespace luxfield::hal::gphoto2 {
 
 bool Busy(int result) { return result == GP_ERROR_CAMERA_BUSY || result == GP_ERROR_IO_LOCK; }
+
+std::optional<HardwareError> RefusalOf(const std::string& port) {
+  constexpr std::string_view kUsb = "usb:";
+  if (!port.starts_with(kUsb)) return {};
+  std::string node = "/dev/bus/usb/" + port.substr(kUsb.size());  // "usb:BUS,DEVICE"
+  std::replace(node.begin(), node.end(), ',', '/');
+  if (!IsForbidden(node)) return {};
+  return HardwareError(Fault::kRefused, port, "open", "Permission denied", kJoinPlugdev);
+}
 
 HardwareError Failed(int result, const std::string& device, const std::string& operation) {
   Fault fault = Fault::kProtocol;

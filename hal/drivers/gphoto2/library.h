@@ -27,6 +27,10 @@ using OwnedPorts = std::unique_ptr<GPPortInfoList, Freed<gp_port_info_list_free>
 using OwnedModels = std::unique_ptr<CameraAbilitiesList, Freed<gp_abilities_list_free>>;
 
 bool Busy(int result);
+// Why this user may not open the camera on a port, which libgphoto2 calls an I/O problem; nothing:
+// he may, or it is not on USB.
+std::optional<HardwareError> RefusalOf(const std::string& port);
+
 HardwareError Failed(int result, const std::string& device, const std::string& operation);
 
 // Of a setting: its choices, none where it is of another kind; its value, of one that is text or

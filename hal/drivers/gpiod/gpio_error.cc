@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "luxfield/hal/permission.h"
+
 namespace luxfield::hal::gpiod {
 
 std::string ChipPath(const std::string& chip) {
@@ -21,7 +23,7 @@ HardwareError GpioError(const std::string& chip, const std::string& operation, i
       return make(Fault::kDisconnected, "plug the adapter in, or name the right chip in lab.toml");
     case EACCES:
     case EPERM:
-      return make(Fault::kRefused, "let your user open the chip, by its group or a udev rule");
+      return make(Fault::kRefused, kJoinGpio);
     case ENXIO:
       return make(Fault::kRefused, "its pin cannot detect edges: wire the input to one that can");
     case EINVAL:

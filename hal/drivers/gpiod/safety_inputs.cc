@@ -1,7 +1,6 @@
 #include "luxfield/hal/drivers/gpiod/safety_inputs.h"
 
 #include <poll.h>
-#include <pthread.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "luxfield/hal/drivers/gpiod/gpio_error.h"
+#include "luxfield/hal/real_time.h"
 
 namespace luxfield::hal::gpiod {
 namespace {
@@ -41,6 +41,7 @@ SafetyInputs::SafetyInputs(SafetyInputsOptions options) : options_(std::move(opt
   end_fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (end_fd_ < 0) throw GpioError(options_.chip, "watch input lines", errno);
   thread_ = std::thread([this] { Watch(); });
+  real_time_ = RaisePriority(thread_.native_handle());
 }
 
 SafetyInputs::~SafetyInputs() {
@@ -64,9 +65,6 @@ void SafetyInputs::OnTrip(Action action) {
 }
 
 void SafetyInputs::Watch() {
-  sched_param priority{};
-  priority.sched_priority = 20;  // above ordinary programs, below the kernel's own threads
-  pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
   try {
     while (Wait()) Look();
   } catch (const Error& error) {

@@ -35,6 +35,7 @@ class SafetyInputs : public Inputs {
   std::string identity() const override;
   InputState State() override;
   void OnTrip(Action action) override;
+  bool real_time() const override { return real_time_; }
 
  private:
   enum class Contact { kEmergencyStop, kDoor, kLimit };
@@ -50,6 +51,7 @@ class SafetyInputs : public Inputs {
   std::optional<InputLines> lines_;
   std::vector<Debounce> debounced_;
   int end_fd_ = -1;
+  bool real_time_ = false;
 
   std::mutex mutex_;  // of what follows
   InputState state_;

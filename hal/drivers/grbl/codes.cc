@@ -26,6 +26,29 @@ constexpr std::array kAlarms = {
     Row{9, {Fault::kNotHomed, "homing failed: no switch within the search distance", kSwitches}},
 };
 
+constexpr std::array kGrblHalAlarms = {
+    Row{10, {Fault::kStopped, "the emergency stop is pressed", "release it, then home"}},
+    Row{11, {Fault::kNotHomed, "it has to be homed", kHome}},
+    Row{12, {Fault::kStopped, "a limit switch is pressed", "free the carriage, then home"}},
+    Row{13, {Fault::kStopped, "the probe is touching", "free it, then home"}},
+    Row{14, {Fault::kStopped, "the spindle did not reach its speed", "switch it off, then home"}},
+    Row{15, {Fault::kNotHomed, "homing failed: a second switch was not found", kSwitches}},
+    Row{16, {Fault::kRefused, "its self-test failed", "switch it off and on"}},
+    Row{17, {Fault::kStopped, "a motor reports a fault", "check motors and drivers, then home"}},
+    Row{18, {Fault::kNotHomed, "homing is set up wrongly", "correct $22, $44 and $45"}},
+    Row{20, {Fault::kRefused, "its board of inputs does not answer", "switch it off and on"}},
+    Row{21, {Fault::kRefused, "its stored settings are unreadable", "restore its settings"}},
+};
+
+constexpr std::array kFluidNcAlarms = {
+    Row{11, {Fault::kStopped, "an input was active at its start", "clear it, then home"}},
+    Row{12, {Fault::kNotHomed, "homing failed: a switch serves both ends", "move it off, then home"}},
+    Row{13, {Fault::kStopped, "its emergency stop was pressed", "release it, then home"}},
+    Row{14, {Fault::kNotHomed, "it has to be homed", kHome}},
+    Row{15, {Fault::kNotHomed, "it has just started", kHome}},
+    Row{16, {Fault::kRefused, "its board of inputs has restarted", "switch it off and on"}},
+};
+
 constexpr std::array kErrors = {
     Row{1, {Fault::kProtocol, "a command letter was missing", "check the cable"}},
     Row{2, {Fault::kProtocol, "a number was damaged", "check the cable"}},
@@ -68,8 +91,11 @@ Meaning Find(const Table& table, int code, Meaning otherwise) {
 
 }  // namespace
 
-Meaning AlarmMeaning(int code) {
-  return Find(kAlarms, code, {Fault::kStopped, "an alarm of no known meaning", kHome});
+Meaning AlarmMeaning(int code, std::string_view firmware) {
+  const Meaning otherwise = {Fault::kStopped, "an alarm of no known meaning", kHome};
+  if (code < 10) return Find(kAlarms, code, otherwise);
+  if (firmware == "FluidNC") return Find(kFluidNcAlarms, code, otherwise);
+  return Find(kGrblHalAlarms, code, otherwise);
 }
 
 Meaning ErrorMeaning(int code) {

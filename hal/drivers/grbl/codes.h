@@ -1,5 +1,6 @@
 // Grbl's numbers in words: what an alarm or an error means for a stage, and what to do. Source of
-// the numbers: doc/csv/alarm_codes_en_US.csv and error_codes_en_US.csv of Grbl 1.1.
+// the numbers: doc/csv/alarm_codes_en_US.csv and error_codes_en_US.csv of Grbl 1.1; alarms from 10:
+// alarms.h of grblHAL and Alarm.h of FluidNC, which differ.
 #pragma once
 
 #include <string_view>
@@ -14,7 +15,7 @@ struct Meaning {
 };
 
 // Unknown numbers mean an alarm, or a refusal, nobody has documented.
-Meaning AlarmMeaning(int code);
+Meaning AlarmMeaning(int code, std::string_view firmware);
 Meaning ErrorMeaning(int code);
 
 }  // namespace luxfield::hal::grbl

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "luxfield/hal/drivers/grbl/codes.h"
 
@@ -13,7 +14,8 @@ namespace {
 constexpr char kStatusQuery = '?', kFeedHold = '!', kReset = 0x18;
 
 constexpr double kConnect_s = 5;     // a board that restarts on opening takes two
-constexpr double kAnswer_s = 1;      // for a status report; the documents say 5 to 20 ms
+constexpr double kAnswer_s = 1;      // before a status report is asked for again
+constexpr double kSilence_s = 2;     // no report at all; a slow line takes one
 constexpr double kQuestion_s = 0.2;  // between questions: at most 5 a second
 constexpr double kLook_s = 0.02;     // between looks at a stop from another thread
 constexpr int kPatience = 5;         // reports of standing elsewhere before that is believed
@@ -47,18 +49,15 @@ GrblStage::GrblStage(std::unique_ptr<ByteStream> stream, const StageSetup& setup
       identity_("Grbl stage on " + stream_->name()) {
   Connect(kConnect_s, [&](const Operation& connect) {
     for (const Message& message : Command(connect, "$I"))
-      if (const auto* info = std::get_if<Feedback>(&message)) {
-        const std::string& text = info->text;
-        if (text.starts_with("VER:")) controller_.version = text.substr(4, text.find(':', 4) - 4);
-        if (text.starts_with("OPT:"))
-          controller_.forced_origin = text.substr(0, text.find(',')).find('Z') != text.npos;
-      }
+      if (const auto* info = std::get_if<Feedback>(&message)) controller_.ReadInfo(info->text);
     for (const Message& message : Command(connect, "$$"))
       if (const auto* setting = std::get_if<Setting>(&message))
         controller_.settings[setting->number] = setting->value;
+    if (controller_.firmware.name == "FluidNC") LearnFluidNc(connect);
     CheckController(controller_, setup, identity_);
   });
-  identity_ = fmt::format("Grbl {} stage on {}", controller_.version, stream_->name());
+  identity_ = fmt::format("{} {} stage on {}", controller_.firmware.name,
+                          controller_.firmware.version, stream_->name());
   SetResolution(1e-3 * std::max(controller_.StepMm(axes_[0].machine_axis, identity_),
                                 controller_.StepMm(axes_[1].machine_axis, identity_)));
 }
@@ -77,7 +76,9 @@ std::optional<Message> GrblStage::Listen(const Operation& operation, SteadyTime 
   if (!line) return {};
   Message message = ParseMessage(*line);
   if (const auto* alarm = std::get_if<Alarm>(&message)) {
-    const Meaning meaning = AlarmMeaning(alarm->code);
+    const Meaning meaning = AlarmMeaning(alarm->code, controller_.firmware.name);
+    // Said after every start until it is homed, which is no news before.
+    if (meaning.fault == Fault::kNotHomed && !homed() && !homing()) return message;
     throw Failure(operation, stop_requested() ? Fault::kStopped : meaning.fault,
                   fmt::format("ALARM:{}, {}", alarm->code, meaning.problem),
                   std::string(meaning.remedy), true);
@@ -122,6 +123,26 @@ std::vector<Message> GrblStage::Command(const Operation& operation, const std::s
   }
 }
 
+// What $n do not say: FluidNC's $20 is that of X, and homing leaves an axis at its mpos_mm.
+void GrblStage::LearnFluidNc(const Operation& operation) {
+  for (const Axis& axis : axes_) {
+    const std::string path = fmt::format("$/axes/{}/", "xyz"[axis.machine_axis]);
+    const std::string home = AskItem(operation, path + "homing/mpos_mm");
+    controller_.own_home_mm[axis.machine_axis] = std::strtod(home.c_str(), nullptr);
+    if (AskItem(operation, path + "soft_limits") != "true") controller_.settings[kSoftLimits] = 0;
+  }
+}
+
+// An item of FluidNC's configuration.
+std::string GrblStage::AskItem(const Operation& operation, const std::string& name) {
+  const std::string start = name + "=";
+  for (const Message& message : Command(operation, name))
+    if (const auto* line = std::get_if<Other>(&message); line && line->text.starts_with(start))
+      return line->text.substr(start.size());
+  throw Failure(operation, Fault::kProtocol, name + " did not come through",
+                "check cable and firmware");
+}
+
 // The next report of a position that can be told.
 Status GrblStage::AskStatus(const Operation& operation) {
   for (;;) {
@@ -137,7 +158,7 @@ Status GrblStage::AskStatus(const Operation& operation) {
 }
 
 // Brings machine and controller to rest: feed hold, the wait for its end, reset, welcome. Where no
-// report comes (critical alarm, homing, silence) the reset comes after a second.
+// report comes (critical alarm, homing, silence) the reset comes after two seconds.
 bool GrblStage::Halt(const Operation& operation) {
   bool kept = true;
   const auto hear = [&](SteadyTime until) -> std::optional<Message> {
@@ -146,6 +167,8 @@ bool GrblStage::Halt(const Operation& operation) {
     Message message = ParseMessage(*line);
     if (std::holds_alternative<Alarm>(message) || std::holds_alternative<Welcome>(message))
       kept = false;
+    if (const auto* welcome = std::get_if<Welcome>(&message))
+      controller_.firmware = welcome->firmware;
     return message;
   };
   const auto ask = [&] {  // again, in case a byte was lost
@@ -153,13 +176,13 @@ bool GrblStage::Halt(const Operation& operation) {
     SendRealtime(kStatusQuery, operation.deadline);
   };
   ask();
-  SteadyTime silence = SecondsFromNow(kAnswer_s);
+  SteadyTime silence = SecondsFromNow(kSilence_s);
   for (bool standing = false; !standing && Now() < silence;) {
     const auto message = hear(SecondsFromNow(kQuestion_s));
     if (!message) {
       ask();
     } else if (const auto* status = std::get_if<Status>(&*message)) {
-      silence = SecondsFromNow(kAnswer_s);
+      silence = SecondsFromNow(kSilence_s);
       standing = !IsMoving(*status);
       if (status->state == State::kAlarm) kept = false;
     }
@@ -174,7 +197,7 @@ bool GrblStage::Halt(const Operation& operation) {
     const auto message = hear(operation.deadline);
     if (!message)
       throw Failure(operation, Fault::kTimeout, "no welcome after a reset",
-                    "check that it is a Grbl 1.1 controller, its power, cable and baud rate");
+                    "check that it is a Grbl 1.1, grblHAL or FluidNC controller, its power, cable and baud rate");
     if (std::holds_alternative<Welcome>(*message)) {
       kept = restarting;
       break;
@@ -186,7 +209,8 @@ bool GrblStage::Halt(const Operation& operation) {
 
 // Somebody at the machine has stopped it, or an alarm has, unheard.
 void GrblStage::CheckUndisturbed(const Operation& operation, const Status& status) const {
-  const bool locked = status.state == State::kAlarm && !homing();
+  // Before homing a controller may well be locked: homing is what unlocks it.
+  const bool locked = status.state == State::kAlarm && homed();
   const bool held =
       status.state == State::kHold || status.state == State::kDoor || status.state == State::kSleep;
   if (stop_requested() || (!locked && !held)) return;

@@ -1,4 +1,4 @@
-// A stage moved by a Grbl 1.1 controller, over any byte stream.
+// A stage moved by a Grbl 1.1, grblHAL or FluidNC controller, over any byte stream.
 //
 // A move is done when the controller has drained its planner (the `ok` of a dwell sent behind it)
 // and two status reports in a row say Idle at the target, within a step. A stop is a feed hold, the
@@ -38,6 +38,8 @@ class GrblStage final : public ControllerStage {
   std::optional<Message> Listen(const Operation& operation, SteadyTime until);
   std::vector<Message> Command(const Operation& operation, const std::string& line);
   Status AskStatus(const Operation& operation);
+  void LearnFluidNc(const Operation& operation);
+  std::string AskItem(const Operation& operation, const std::string& name);
   void CheckUndisturbed(const Operation& operation, const Status& status) const;
   void WaitUntilStandingAt(const Operation& operation, const std::array<double, 2>& target_mm);
 

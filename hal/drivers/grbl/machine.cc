@@ -10,7 +10,7 @@
 namespace luxfield::hal::grbl {
 namespace {
 
-constexpr int kReportInches = 13, kSoftLimits = 20, kHoming = 22, kHomingDirection = 23,
+constexpr int kReportInches = 13, kHoming = 22, kHomingDirection = 23,
               kPullOff = 27, kStepsPerMm = 100, kMaxRate = 110, kMaxTravel = 130;
 
 bool HomesLow(const Controller& controller, int axis, const std::string& device) {
@@ -20,11 +20,21 @@ bool HomesLow(const Controller& controller, int axis, const std::string& device)
 std::pair<double, double> TravelMm(const Controller& controller, int axis,
                                    const std::string& device) {
   const double travel = controller.Get(kMaxTravel + axis, device);
-  if (controller.forced_origin && HomesLow(controller, axis, device)) return {0, travel};
-  return {-travel, 0};
+  const double home = controller.own_home_mm[axis].value_or(0);
+  if (controller.own_home_mm[axis] && HomesLow(controller, axis, device))
+    return {home, home + travel};
+  return {home - travel, home};
 }
 
 }  // namespace
+
+void Controller::ReadInfo(std::string_view line) {
+  constexpr std::string_view kOptions = "OPT:", kFirmware = "FIRMWARE:";
+  if (line.starts_with("VER:")) firmware = ParseVersion(line);
+  if (line.starts_with(kFirmware)) firmware.name = line.substr(kFirmware.size());
+  if (line.starts_with(kOptions) && line.substr(0, line.find(',')).find('Z') != line.npos)
+    own_home_mm.fill(0);
+}
 
 double Controller::Get(int number, const std::string& device) const {
   const auto found = settings.find(number);
@@ -36,7 +46,7 @@ double Controller::Get(int number, const std::string& device) const {
 }
 
 double Controller::HomeMm(int axis, const std::string& device) const {
-  if (forced_origin) return 0;
+  if (own_home_mm[axis]) return *own_home_mm[axis];
   const double pull_off = Get(kPullOff, device);
   return HomesLow(*this, axis, device) ? pull_off - Get(kMaxTravel + axis, device) : -pull_off;
 }
@@ -52,14 +62,21 @@ double Controller::StepMm(int axis, const std::string& device) const {
 
 void CheckController(const Controller& controller, const StageSetup& setup,
                      const std::string& device) {
-  const auto refuse = [&](const std::string& problem, const std::string& remedy) {
-    throw HardwareError(Fault::kRefused, device, "check settings", problem, remedy);
+  // FluidNC is set up by a file, of which its $n are a copy.
+  const bool by_file = controller.firmware.name == "FluidNC";
+  const auto refuse = [&](const std::string& problem, const std::string& remedy,
+                          const std::string& remedy_of_file) {
+    throw HardwareError(Fault::kRefused, device, "check settings", problem,
+                        by_file ? remedy_of_file + " in config.yaml" : remedy);
   };
-  if (controller.Get(kReportInches, device) != 0) refuse("it reports inches", "send $13=0");
-  if (controller.Get(kHoming, device) == 0)
+  if (controller.Get(kReportInches, device) != 0)
+    refuse("it reports inches", "send $13=0", "set report_inches: false");
+  // Bit 0; grblHAL keeps options of homing in the others.
+  if (static_cast<int>(controller.Get(kHoming, device)) % 2 == 0)
     refuse("homing is off, so that it can never know where it is",
-           "connect home switches and send $22=1");
-  if (controller.Get(kSoftLimits, device) == 0) refuse("soft limits are off", "send $20=1");
+           "connect home switches and send $22=1", "connect home switches and set up homing");
+  if (controller.Get(kSoftLimits, device) == 0)
+    refuse("soft limits are off", "send $20=1", "set soft_limits: true for both axes");
   const StageLimits& limits = setup.limits;
   const std::array low = {limits.min.x, limits.min.y}, high = {limits.max.x, limits.max.y};
   for (int k = 0; k < 2; ++k) {
@@ -72,12 +89,14 @@ void CheckController(const Controller& controller, const StageSetup& setup,
           fmt::format("the lab's limits are {} = {:.4g} to {:.4g} mm, its travel {:.4g} to "
                       "{:.4g} mm",
                       letter, from, to, travel_low, travel_high),
-          fmt::format("correct origin_m, min_m and max_m, or ${}", kMaxTravel + axis.machine_axis));
+          fmt::format("correct origin_m, min_m and max_m, or ${}", kMaxTravel + axis.machine_axis),
+          "correct origin_m, min_m and max_m in lab.toml, or max_travel_mm and mpos_mm");
     const double rate = controller.Get(kMaxRate + axis.machine_axis, device) / 60000;
     if (limits.speed_m_per_s > rate)
       refuse(fmt::format("{} reaches {:.4g} m/s, the lab asks for {:.4g}", letter, rate,
                          limits.speed_m_per_s),
-             fmt::format("lower speed_m_per_s, or raise ${}", kMaxRate + axis.machine_axis));
+             fmt::format("lower speed_m_per_s, or raise ${}", kMaxRate + axis.machine_axis),
+             "lower speed_m_per_s in lab.toml, or raise max_rate_mm_per_min");
   }
 }
 

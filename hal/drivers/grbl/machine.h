@@ -2,13 +2,16 @@
 //
 // A filter coordinate c (metres) and the machine coordinate m (mm) of its axis:
 //   m = origin_mm + sign 1000 c
-// Machine space is 0 at the home switches and negative elsewhere, on every axis; firmware compiled
-// to force its origin (`Z` in [OPT:]) counts upwards from switches at the lower end.
+// Machine space is 0 at the home switches and negative elsewhere, on every axis. Firmware that puts
+// the place where homing ends at a coordinate of its own (`Z` in [OPT:] at 0, FluidNC at mpos_mm)
+// counts from there, upwards where the switches are at the lower end.
 #pragma once
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "luxfield/hal/drivers/grbl/message.h"
 #include "luxfield/hal/stage.h"
@@ -24,16 +27,20 @@ struct Axis {
   double Metres(double machine_mm) const { return sign * (machine_mm - origin_mm) / 1000; }
 };
 
+constexpr int kSoftLimits = 20;  // $20
+
 struct StageSetup {
   StageLimits limits;        // the stage never leaves them, nor exceeds their speed
   std::array<Axis, 2> axes;  // of u and v
 };
 
 struct Controller {
-  std::string version;             // "1.1h"
-  std::map<int, double> settings;  // $n
-  bool forced_origin = false;
+  Firmware firmware;
+  std::map<int, double> settings;               // $n
+  std::array<std::optional<double>, 3> own_home_mm;  // X, Y, Z, where the firmware sets them
 
+  // A line of `$I`, without its brackets.
+  void ReadInfo(std::string_view line);
   // A setting that a 1.1 controller has; HardwareError(kProtocol) if it did not come through.
   double Get(int number, const std::string& device) const;
   // Where homing leaves an axis, in mm.

@@ -86,10 +86,36 @@ std::optional<Setting> ParseSetting(std::string_view line) {
   return Setting{*number, *value};
 }
 
+// What follows FluidNC's name, in its welcome and its version line.
+std::optional<Firmware> ParseFluidNc(std::string_view text) {
+  constexpr std::string_view kName = "FluidNC ";
+  const auto at = text.find(kName);
+  if (at == std::string_view::npos) return {};
+  text.remove_prefix(at + kName.size());
+  return Firmware{"FluidNC", std::string(Take(text, ' '))};
+}
+
+// "Grbl 1.1h ['$' for help]", "GrblHAL 1.1f ['$' or '$HELP' for help]",
+// "Grbl 3.9 [FluidNC v3.9.1 (esp32-wifi) '$' for help]".
+std::optional<Welcome> ParseWelcome(std::string_view line) {
+  if (line.find(" for help]") == std::string_view::npos) return {};
+  const std::string_view name = Take(line, ' ');
+  if (name != "Grbl" && name != "GrblHAL") return {};
+  if (auto fluid = ParseFluidNc(line)) return Welcome{*std::move(fluid)};
+  return Welcome{{name == "Grbl" ? "Grbl" : "grblHAL", std::string(Take(line, ' '))}};
+}
+
 }  // namespace
 
 std::string StateName(State state) {
   return std::string(kStateNames[static_cast<std::size_t>(state)]);
+}
+
+// "VER:1.1h.20190825:", "VER:3.9 FluidNC v3.9.1 (esp32-wifi) :".
+Firmware ParseVersion(std::string_view line) {
+  Take(line, ':');
+  if (auto fluid = ParseFluidNc(line)) return *std::move(fluid);
+  return {"Grbl", std::string(Take(line, ':'))};
 }
 
 Message ParseMessage(std::string_view line) {
@@ -101,10 +127,7 @@ Message ParseMessage(std::string_view line) {
     if (const auto status = ParseStatus(line.substr(1, line.size() - 2))) return *status;
   if (line.size() > 1 && line.front() == '[' && line.back() == ']')
     return Feedback{std::string(line.substr(1, line.size() - 2))};
-  if (line.starts_with("Grbl ") && line.find("['$' for help]") != std::string_view::npos) {
-    line.remove_prefix(5);
-    return Welcome{std::string(Take(line, ' '))};
-  }
+  if (const auto welcome = ParseWelcome(line)) return *welcome;
   return Other{std::string(line)};
 }
 

@@ -1,5 +1,6 @@
 // What Grbl 1.1 says, a line at a time. Source: "Grbl v1.1 Interface" (doc/markdown/interface.md of
-// the firmware's repository).
+// the firmware's repository). grblHAL (report.c) and FluidNC (Report.cpp) say the same with another
+// welcome and further lines.
 //
 // Every line sent is answered by exactly one response, `ok` or `error:N`. Everything else is pushed
 // at any time and answers nothing.
@@ -35,8 +36,13 @@ struct ErrorReply {
 struct Alarm {
   int code = 0;
 };
+struct Firmware {
+  std::string name = "Grbl";  // or "grblHAL", "FluidNC"
+  std::string version;        // "1.1h"; FluidNC's own, "v3.9.1"
+};
+// The controller has just started, everything pending is gone.
 struct Welcome {
-  std::string version;  // "1.1h": the controller has just started, everything pending is gone
+  Firmware firmware;
 };
 struct Setting {
   int number = 0;
@@ -51,6 +57,9 @@ struct Other {
 };
 
 using Message = std::variant<Ok, ErrorReply, Alarm, Welcome, Setting, Feedback, Status, Other>;
+
+// What a `[VER:...]` line names, without its bracket.
+Firmware ParseVersion(std::string_view line);
 
 // Never throws; what makes no sense as a whole is Other. All numbers are finite.
 Message ParseMessage(std::string_view line);

@@ -12,6 +12,7 @@
 
 #include "luxfield/hal/drivers/usbtmc/message.h"
 #include "luxfield/hal/error.h"
+#include "luxfield/hal/permission.h"
 
 namespace luxfield::hal::usbtmc {
 namespace {
@@ -36,6 +37,10 @@ struct HandleDeleter {
 using Context = std::unique_ptr<libusb_context, ContextDeleter>;
 using Handle = std::unique_ptr<libusb_device_handle, HandleDeleter>;
 
+std::string NameOf(std::uint16_t vendor, std::uint16_t product) {
+  return fmt::format("{:04x}:{:04x}", vendor, product);
+}
+
 HardwareError UsbError(const std::string& device, const std::string& operation, int error) {
   const auto make = [&](Fault fault, const char* remedy) {
     return HardwareError(fault, device, operation,
@@ -53,7 +58,7 @@ HardwareError UsbError(const std::string& device, const std::string& operation, 
                            "gave way to an order that could not wait",
                            "find out what was switched off, and why");
     case LIBUSB_ERROR_ACCESS:
-      return make(Fault::kRefused, "let your user open the instrument by a udev rule");
+      return make(Fault::kRefused, kJoinPlugdev);
     case LIBUSB_ERROR_BUSY:
       return make(Fault::kRefused, "end the program that uses the instrument");
     default:
@@ -197,7 +202,8 @@ std::vector<UsbTmcDevice> ListUsbTmcDevices() {
         UsbTmcDevice found{descriptor.idVendor, descriptor.idProduct, {}, {}};
         libusb_device_handle* raw = nullptr;
         if (const int error = libusb_open(device, &raw)) {
-          found.problem = libusb_strerror(static_cast<libusb_error>(error));
+          found.problem = UsbError(NameOf(descriptor.idVendor, descriptor.idProduct), "open", error)
+                              .what();
         } else {
           const Handle handle(raw);
           found.serial = SerialOf(handle.get(), descriptor);
@@ -208,8 +214,8 @@ std::vector<UsbTmcDevice> ListUsbTmcDevices() {
 }
 
 UsbTmc::UsbTmc(const UsbTmcOptions& options)
-    : name_(fmt::format("{:04x}:{:04x}{}", options.vendor, options.product,
-                        options.serial.empty() ? "" : " " + options.serial)),
+    : name_(NameOf(options.vendor, options.product) +
+            (options.serial.empty() ? "" : " " + options.serial)),
       quirks_(options.quirks),
       usb_(std::make_unique<Usb>()) {
   usb_->context = MakeContext();
