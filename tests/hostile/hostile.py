@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import random as randomness
 import re
+import resource
 import shlex
 import shutil
 import subprocess
@@ -22,26 +23,33 @@ from pathlib import Path
 
 import cases
 import corpus
+import documents
 import mutate
 
 PROCESSOR_S, WALL_S, MOST_BYTES = 20, 240, 2 << 30
 OWN_CACHE = Path(tempfile.gettempdir()) / f"luxfield-hostile-cache-{os.getuid()}"
 
 
-class Zygote:
-    """The program, forked for each run (zygote.cc)."""
+HERE = Path(__file__).resolve().parent
+LAMP_READER = HERE.parents[1] / "web/lib/index.js"
 
-    def __init__(self, program):
+
+class Zygote:
+    """A program that is forked for each run (zygote.cc, python_server.py)."""
+
+    def __init__(self, *command, **environment):
         environment = dict(
-            os.environ, XDG_CACHE_HOME=str(OWN_CACHE), HOME="/nonexistent", LC_ALL="C.UTF-8"
+            os.environ, XDG_CACHE_HOME=str(OWN_CACHE), HOME="/nonexistent", LC_ALL="C.UTF-8", **environment
         )
         self.process = subprocess.Popen(
-            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
         )
 
     def run(self, folder, words, streams=None, limits=None):
         request = {"folder": str(folder), "words": words, "limits": limits or {}, "wall_s": WALL_S,
                    "processor_s": PROCESSOR_S}  # fmt: skip
+        if (folder / "cache").is_dir():
+            request["cache"] = str(folder / "cache")
         request |= streams or {"stdin": "/dev/null", "stdout": "/dev/null", "stderr": "/dev/null"}
         self.process.stdin.write(json.dumps(request).encode() + b"\n")
         self.process.stdin.flush()
@@ -50,6 +58,64 @@ class Zygote:
     def close(self):
         self.process.stdin.close()
         self.process.wait()
+
+
+class Node:
+    """The reader of lamps in pages, a process for each run."""
+
+    def run(self, folder, words, streams, limits):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_S, PROCESSOR_S + 1))
+
+        command = ["node", HERE / "read_lamp.mjs", LAMP_READER, *words]
+        with open(folder / "out", "wb") as out, open(folder / "err", "wb") as err:
+            process = subprocess.Popen(command, cwd=folder, stdout=out, stderr=err, preexec_fn=limit)
+            _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        ended = ("signal", -process.returncode) if process.returncode < 0 else ("exit", process.returncode)
+        return {"processor_s": used.ru_utime + used.ru_stime, "peak_bytes": 1024 * used.ru_maxrss, "late": False,
+                "left": False} | dict([ended])  # fmt: skip
+
+    def close(self):
+        pass
+
+
+def missing(zygote):
+    """The programs of cases that cannot run here, and why."""
+    build, why = Path(zygote).resolve().parent, {}
+    if not shutil.which("node"):
+        why["node"] = "node is not installed"
+    elif int(subprocess.run(["node", "--version"], capture_output=True).stdout[1:].split(b".")[0]) < 18:
+        why["node"] = "node is older than 18"
+    module = subprocess.run([sys.executable, "-c", "import luxfield"], capture_output=True,
+                            env=dict(os.environ, PYTHONPATH=str(build / "python")))  # fmt: skip
+    if module.returncode != 0:
+        why["python"] = f"no luxfield for {sys.executable} in {build / 'python'}"
+    return why
+
+
+class Programs:
+    """What runs cases, begun where it is needed first."""
+
+    def __init__(self, zygote):
+        build = Path(zygote).resolve().parent
+        self.running, self.begin = {}, {
+            "luxfield": lambda: Zygote(zygote),
+            "reload": lambda: self["luxfield"],
+            "node": Node,
+            "python": lambda: Zygote(sys.executable, str(HERE / "python_server.py"), OPENBLAS_NUM_THREADS="1",
+                                     PYTHONPATH=str(build / "python"), LUXFIELD_PROGRAM=str(build / "luxfield")),
+        }  # fmt: skip
+
+    def __getitem__(self, name):
+        if name not in self.running:
+            self.running[name] = self.begin[name]()
+        return self.running[name]
+
+    def close(self):
+        for program in {id(p): p for p in self.running.values()}.values():
+            program.close()
 
 
 def copy(source, target):
@@ -118,19 +184,41 @@ def complaints(case, folder, answer, before):
     return wrong
 
 
-def run_case(zygote, seed, number, source, folder):
+def complaints_of_outputs(case, folder, source):
+    """What is wrong with the files of a run that says it is done."""
+    wrong = []
+    for pair in case.template.right.split():
+        name, _, right = pair.partition("=")
+        if name in case.words and (folder / name).is_file() and case.words == case.template.words.split() + ["--quiet"]:
+            if (folder / name).read_bytes() != (source / right).read_bytes():
+                wrong.append(f"wrong bytes: {name}")
+    for name in case.template.outputs.split():
+        if name in case.words and (folder / name).is_file() and "photometry" in case.words:
+            texts = documents.asked_texts(folder / "ask.toml", folder / name) if "ask.toml" in case.words else []
+            wrong += documents.complaints(folder / name, texts)
+    return wrong
+
+
+def run_case(programs, seed, number, source, folder):
     """(case, answer, complaints) of case `number`, in the empty folder."""
     random = randomness.Random(f"{seed} {number}")
     case = cases.draw(random)
+    later = folder / "new" if case.template.program == "reload" else folder  # what is spoilt comes later
+    later.mkdir(exist_ok=True)
     for item in case.template.inputs.split():
         name, _, target = item.partition("=")
         copy(source / name, folder / (target or name))
+        if later != folder:
+            copy(source / name, later / (target or name))
     for item in case.spoil:
         name, _, target = item.partition("=")
-        mutate.spoil(random, folder / (target or name))
+        mutate.spoil(random, later / (target or name))
     before = {path.name: signature(path) for path in folder.rglob("*")}
-    answer = zygote.run(folder, case.words, case.streams, case.limits)
-    return case, answer, complaints(case, folder, answer, before)
+    answer = programs[case.template.program].run(folder, case.words, case.streams, case.limits)
+    wrong = complaints(case, folder, answer, before)
+    if answer.get("exit") == 0:
+        wrong += complaints_of_outputs(case, folder, source)
+    return case, answer, wrong
 
 
 def remove(folder):
@@ -142,12 +230,13 @@ def remove(folder):
 
 def work(job):
     program, seed, numbers, source, keep = job
-    zygote, failed, used, exits = Zygote(program), [], 0.0, collections.Counter()
+    programs, failed, used, exits = Programs(program), [], 0.0, collections.Counter()
     for number in numbers:
         folder = Path(tempfile.mkdtemp(prefix="luxfield-hostile-"))
-        case, answer, wrong = run_case(zygote, seed, number, source, folder)
+        case, answer, wrong = run_case(programs, seed, number, source, folder)
         used += answer["processor_s"]
-        exits[case.template.words.split()[0], answer.get("exit", "signal")] += 1
+        verb = case.words[0] if case.template.program == "python" else case.template.words.split()[0]
+        exits[verb, answer.get("exit", "signal")] += 1
         if wrong:
             error = folder / "err"
             text = error.read_bytes()[-400:].decode("utf8", "replace") if error.is_file() else ""
@@ -161,7 +250,7 @@ def work(job):
                     dirs_exist_ok=True,
                 )
         remove(folder)
-    zygote.close()
+    programs.close()
     return failed, used, exits
 
 
@@ -173,7 +262,7 @@ def special(folder, names):
 
 def show(number, case, answer, wrong, text, seed, program):
     print(f"case {number}: {'; '.join(wrong)}")
-    print("  luxfield", shlex.join(case.words))
+    print(f"  {case.template.program}", shlex.join(map(str, case.words)))
     print(
         f"  spoilt: {', '.join(case.spoil) or 'nothing'}; streams {case.streams}; limits {case.limits}"
     )
@@ -198,9 +287,12 @@ def main():
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="luxfield-hostile-corpus-") as name:
         source = Path(name)
-        first = Zygote(options.zygote)
-        corpus.make(source, lambda words: first.run(source, words))
+        first = Programs(options.zygote)
+        corpus.make(source, lambda words: first["luxfield"].run(source, words))
         first.close()
+        for name, why in missing(options.zygote).items():
+            cases.leave_out(name)
+            print(f"without the cases of {name}: {why}")
         numbers = (
             [options.only]
             if options.only is not None
