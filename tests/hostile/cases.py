@@ -14,6 +14,7 @@ class Template:
     made: str = ""  # by that, which may be spoilt, too
     then: str = ""  # what is run after a success
     right: str = ""  # NAME=OTHER: an output that, if it is there, is that file of the corpus to the byte
+    program: str = "luxfield"  # or "reload", "python", "node" (hostile.py)
     keeps: str = ""  # a session that is left as it is where nothing is spoilt
 
 
@@ -48,6 +49,7 @@ def of_jobs():
 
 
 MESH = "m.obj m.mtl m.ply m.gltf m.bin t.png"
+QUALITY = "lamp.csv camera.csv q.cal.json"
 TEMPLATES = [
     # A file of every kind, looked at.
     Template(10, "info x.lf.exr --json o.json", "x.lf.exr", "o.json"),
@@ -125,10 +127,37 @@ TEMPLATES = [
              "o", spoilt=3),
     Template(3, "relight groups.exr --scale environment=0.5 -o o.exr --json o.json", "groups.exr", "o.exr o.json"),
     Template(2, "sky -o o.hdr --latitude 48 --date 2024-06-21 --height 32", "", "o.hdr", spoilt=0),
+    # Documents of what was asked: all text is in them.
+    Template(5, "photometry x.lf.exr --sigma x.sigma.lf.exr --ask ask.toml -o o.pdf", f"ask.toml x.lf.exr x.sigma.lf.exr {QUALITY}",
+             "o.pdf"),
+    Template(3, "photometry x.lf.exr --ask ask.toml -o o.html --json o.json", f"ask.toml {QUALITY} x.lf.exr", "o.html o.json",
+             spoilt=5),
+    Template(2, "photometry x.lf.exr --ask ask.toml -o o.csv", f"ask.toml x.lf.exr {QUALITY}", "o.csv"),
+    Template(2, "photometry x.lf.exr --sigma x.sigma.lf.exr --ask ask.toml --session s --uncertainty budget.toml -o o.pdf",
+             f"ask.toml budget.toml s x.sigma.lf.exr x.lf.exr {QUALITY}", "o.pdf", spoilt=4),
+    Template(2, "photometry x.lf.exr --sigma x.sigma.lf.exr --ask ask.toml -o o.cert.json",
+             f"ask.toml x.sigma.lf.exr x.lf.exr {QUALITY}", "o.cert.json", spoilt=3),
+    # A cache that somebody spoilt costs time and changes nothing.
+    Template(2, "render small.toml -o o.exr --estimator volume --shadows none", "cache small.toml x.lf.exr", "o.exr",
+             right="o.exr=small.exr"),
+    Template(2, "cache --json o.json", "cache", "o.json"),
+    Template(1, "cache --size 1KiB", "cache"),
+    Template(1, "cache --clear", "cache"),
+    # Files that are written while the window shows them; lamps in a page; the Python module.
+    Template(1, "reload small.toml small.toml x.lf.exr", "small.toml x.lf.exr", spoilt=2, program="reload"),
+    Template(1, "reload x.lf.exr x.lf.exr", "x.lf.exr", program="reload"),
+    Template(4, "lamp.glb", "lamp.glb", program="node"),
+    Template(8, "", "x.lf.exr x.meas.exr sky.hdr", spoilt=3, program="python"),
     Template(1, "bench --help", "", spoilt=0),
     Template(2, "devices", "", spoilt=0),
     *of_jobs(),
 ]  # fmt: skip
+
+
+def leave_out(program):
+    """The cases of a program that cannot run here; the others draw other numbers then."""
+    TEMPLATES[:] = [template for template in TEMPLATES if template.program != program]
+
 
 WORDS = [
     "", "-", "--", "--json", "--help", "nan", "inf", "-1", "0", "1e300", "99999999999999999999", "x", "/dev/full",
@@ -178,9 +207,14 @@ class Case:
 
 
 def draw(random, of=""):
-    """A case, of templates whose words begin so."""
-    templates = [t for t in TEMPLATES if t.words.startswith(of)]
+    """A case, of templates whose words begin so or whose program it is."""
+    templates = [t for t in TEMPLATES if t.words.startswith(of) or of == t.program]
     template = random.choices(templates, [t.weight for t in templates])[0]
+    if template.program != "luxfield":
+        names = template.inputs.split()[: template.spoilt]
+        spoil = random.sample(names, random.randrange(template.program == "reload", len(names) + 1))
+        words = ["python", random.getrandbits(48)] if template.program == "python" else template.words.split()
+        return Case(template, words, {"stdin": "/dev/null", "stdout": "out", "stderr": "err"}, {}, spoil)
     words = template.words.split()
     streams, limits, spoil = {"stdin": "/dev/null", "stdout": "out", "stderr": "err"}, {}, []
     act = random.random()

@@ -51,6 +51,7 @@ settle_s = 0
 rms_dn = 2
 """
 PLAN = f"""[plan]
+unit = "lm"
 dark_repeats = 1
 {RIG}[grid]
 width = 2
@@ -134,6 +135,21 @@ position = [1, 1, 2]
 [environment]
 file = "sky.hdr"
 face_size = 8
+"""
+SMALL = """[camera]
+position = [0, -3, 1.5]
+look_at = [0, 0, 0.5]
+width = 8
+height = 6
+[[quad]]
+corner = [-2, -2, 0]
+edge_u = [4, 0, 0]
+edge_v = [0, 4, 0]
+[[luminaire]]
+file = "x.lf.exr"
+position = [0, 0, 2]
+look_at = [0, 0, 0]
+up = [0, 1, 0]
 """
 PATH = """frames_per_s = 2
 [[camera]]
@@ -246,6 +262,40 @@ s_m = [0.01, 0.01]
 [[irradiance]]
 p_m = [0, 0, 1]
 """
+ASK = """[certificate]
+number = "2026-0042"
+laboratory = "Lighting Laboratory"
+address = "1 Bench Street"
+customer = "Lamps Ltd"
+lamp = "Square lamp"
+condition = "as it was delivered, after an hour of burning"
+[[point]]
+name = "desk"
+position_m = [0.1, 0, 1]
+[[plane]]
+name = "wall"
+centre_m = [0, 0, 1]
+width_m = 1
+height_m = 1
+columns = 5
+rows = 4
+[[eye]]
+name = "at the desk"
+eye_m = [0.3, 0, 1]
+fields_of_view_mrad = [100]
+background_cd_per_m2 = 40
+opening_m = [0.06, 0.06]
+[[line]]
+name = "across"
+from_m = [-0.2, 0, 1]
+to_m = [0.2, 0, 1]
+points = 5
+[quality]
+responsivity = "camera.csv"
+lamp_spectrum = "lamp.csv"
+sensor_calibration = "q.cal.json"
+"""
+SPECTRUM = "400, 0.1\n500, 0.5\n560, 1\n600, 0.6\n700, 0.1\n"
 IES = """IESNA:LM-63-2002
 [TEST] 1
 [MANUFAC] made by hand
@@ -308,7 +358,8 @@ def write_foreign(folder):
     for name, text in {
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
         "bare.toml": SCENE, "lit.toml": LIT, "far.toml": FAR, "path.toml": PATH, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
-        "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
+        "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "ask.toml": ASK, "lamp.csv": SPECTRUM,
+        "camera.csv": SPECTRUM.replace("0.5", "0.4"), "small.toml": SMALL, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
         **{f"{verb}.job.toml": job_toml(verb) for verb in JOBS},
     }.items():  # fmt: skip
         (folder / name).write_text(text)
@@ -347,13 +398,17 @@ MADE = [
     "sky -o day --latitude 48 --date 2024-06-21 --height 32 --day --frames 2",
     "filter print --spacing 4mm --dpi 100 -o f",
     "render lit.toml -o groups.exr --spp 2 --shadows none --light-groups",
+    "export x.lf.exr -o lamp.glb",
 ]
+CACHED = "render small.toml -o small.exr --estimator volume --shadows none"
 
 
 def make(folder, run):
     """Fills the folder; run(words) runs the program in it and returns its answer."""
     write_foreign(folder)
-    for line in MADE:
+    for line in MADE + [CACHED]:
+        if line == CACHED:
+            (folder / "cache").mkdir(mode=0o700)
         answer = run(line.split() + ["--quiet"])
         if answer.get("exit") != 0:
             raise RuntimeError(f"luxfield {line}: {answer}")

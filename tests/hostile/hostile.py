@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import random as randomness
 import re
+import resource
 import shlex
 import shutil
 import subprocess
@@ -22,26 +23,33 @@ from pathlib import Path
 
 import cases
 import corpus
+import documents
 import mutate
 
 PROCESSOR_S, WALL_S, MOST_BYTES = 20, 240, 2 << 30
 OWN_CACHE = Path(tempfile.gettempdir()) / f"luxfield-hostile-cache-{os.getuid()}"
 
 
-class Zygote:
-    """The program, forked for each run (zygote.cc)."""
+HERE = Path(__file__).resolve().parent
+LAMP_READER = HERE.parents[1] / "web/lib/index.js"
 
-    def __init__(self, program):
+
+class Zygote:
+    """A program that is forked for each run (zygote.cc, python_server.py)."""
+
+    def __init__(self, *command, **environment):
         environment = dict(
-            os.environ, XDG_CACHE_HOME=str(OWN_CACHE), HOME="/nonexistent", LC_ALL="C.UTF-8"
+            os.environ, XDG_CACHE_HOME=str(OWN_CACHE), HOME="/nonexistent", LC_ALL="C.UTF-8", **environment
         )
         self.process = subprocess.Popen(
-            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
         )
 
     def run(self, folder, words, streams=None, limits=None):
         request = {"folder": str(folder), "words": words, "limits": limits or {}, "wall_s": WALL_S,
                    "processor_s": PROCESSOR_S}  # fmt: skip
+        if (folder / "cache").is_dir():
+            request["cache"] = str(folder / "cache")
         request |= streams or {"stdin": "/dev/null", "stdout": "/dev/null", "stderr": "/dev/null"}
         self.process.stdin.write(json.dumps(request).encode() + b"\n")
         self.process.stdin.flush()
@@ -50,6 +58,64 @@ class Zygote:
     def close(self):
         self.process.stdin.close()
         self.process.wait()
+
+
+class Node:
+    """The reader of lamps in pages, a process for each run."""
+
+    def run(self, folder, words, streams, limits):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_S, PROCESSOR_S + 1))
+
+        command = ["node", HERE / "read_lamp.mjs", LAMP_READER, *words]
+        with open(folder / "out", "wb") as out, open(folder / "err", "wb") as err:
+            process = subprocess.Popen(command, cwd=folder, stdout=out, stderr=err, preexec_fn=limit)
+            _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        ended = ("signal", -process.returncode) if process.returncode < 0 else ("exit", process.returncode)
+        return {"processor_s": used.ru_utime + used.ru_stime, "peak_bytes": 1024 * used.ru_maxrss, "late": False,
+                "left": False} | dict([ended])  # fmt: skip
+
+    def close(self):
+        pass
+
+
+def missing(zygote):
+    """The programs of cases that cannot run here, and why."""
+    build, why = Path(zygote).resolve().parent, {}
+    if not shutil.which("node"):
+        why["node"] = "node is not installed"
+    elif int(subprocess.run(["node", "--version"], capture_output=True).stdout[1:].split(b".")[0]) < 18:
+        why["node"] = "node is older than 18"
+    module = subprocess.run([sys.executable, "-c", "import luxfield"], capture_output=True,
+                            env=dict(os.environ, PYTHONPATH=str(build / "python")))  # fmt: skip
+    if module.returncode != 0:
+        why["python"] = f"no luxfield for {sys.executable} in {build / 'python'}"
+    return why
+
+
+class Programs:
+    """What runs cases, begun where it is needed first."""
+
+    def __init__(self, zygote):
+        build = Path(zygote).resolve().parent
+        self.running, self.begin = {}, {
+            "luxfield": lambda: Zygote(zygote),
+            "reload": lambda: self["luxfield"],
+            "node": Node,
+            "python": lambda: Zygote(sys.executable, str(HERE / "python_server.py"), OPENBLAS_NUM_THREADS="1",
+                                     PYTHONPATH=str(build / "python"), LUXFIELD_PROGRAM=str(build / "luxfield")),
+        }  # fmt: skip
+
+    def __getitem__(self, name):
+        if name not in self.running:
+            self.running[name] = self.begin[name]()
+        return self.running[name]
+
+    def close(self):
+        for program in {id(p): p for p in self.running.values()}.values():
+            program.close()
 
 
 def copy(source, target):
@@ -129,11 +195,24 @@ def content(folder):
 def wrong_bytes(case, source, folder, must_be):
     """Outputs that are not the corpus' own, or not there."""
     wrong = []
+    if not case.template.before and case.words != case.template.words.split() + ["--quiet"]:
+        return wrong  # somebody wanted something else
     for name, _, right in (item.partition("=") for item in case.template.right.split()):
         if not (folder / name).is_file():
             wrong += [f"exit 0 without {name}"] * must_be
         elif (folder / name).read_bytes() != (source / right).read_bytes():
             wrong.append(f"wrong bytes: {name}")
+    return wrong
+
+
+def wrong_documents(case, folder):
+    """What is wrong with the texts of a run's documents."""
+    wrong = []
+    for name in case.template.outputs.split():
+        if name in case.words and (folder / name).is_file() and case.words[0] == "photometry":
+            asks = folder / "ask.toml"
+            texts = documents.asked_texts(asks, folder / name) if "ask.toml" in case.words else []
+            wrong += documents.complaints(folder / name, texts)
     return wrong
 
 
@@ -144,29 +223,36 @@ def prepare(zygote, case, folder):
             raise RuntimeError(f"luxfield {line}: {answer}")
 
 
-def run_case(zygote, seed, number, source, folder, of=""):
+def run_case(programs, seed, number, source, folder, of=""):
     """(case, answer, complaints) of case `number`, in the empty folder."""
     random = randomness.Random(f"{seed} {number}")
     case = cases.draw(random, of)
+    program = programs[case.template.program]
+    later = folder / "new" if case.template.program == "reload" else folder  # what is spoilt comes later
+    later.mkdir(exist_ok=True)
     for item in case.template.inputs.split():
         name, _, target = item.partition("=")
         copy(source / name, folder / (target or name))
-    prepare(zygote, case, folder)
+        if later != folder:
+            copy(source / name, later / (target or name))
+    prepare(program, case, folder)
     for item in case.spoil:
         name, _, target = item.partition("=")
-        mutate.spoil(random, folder / (target or name))
+        mutate.spoil(random, later / (target or name))
     kept = case.template.keeps and not case.spoil and content(folder / case.template.keeps)
     wrong = []
     for words in [case.words] + [case.template.then.split() + ["--quiet"]] * bool(case.template.then):
         for stream in ("out", "err"):
             (folder / stream).unlink(missing_ok=True)
         before = {path.name: signature(path) for path in folder.rglob("*")}
-        answer = zygote.run(folder, words, case.streams, case.limits)
+        answer = program.run(folder, words, case.streams, case.limits)
         wrong += complaints(case, folder, answer, before)
         if answer.get("exit") != 0:
             break
+    done = answer.get("exit") == 0
     gathered = words[:3] == ["shard", "gather", "job"] and set(words[3:]) <= {"--quiet"}
-    wrong += wrong_bytes(case, source, folder, gathered and answer.get("exit") == 0)
+    wrong += wrong_bytes(case, source, folder, gathered and done)
+    wrong += wrong_documents(case, folder) if done else []
     if kept and content(folder / case.template.keeps) != kept:
         wrong.append(f"changed {case.template.keeps}, in which nothing is wrong")
     return case, answer, wrong
@@ -181,12 +267,13 @@ def remove(folder):
 
 def work(job):
     program, seed, numbers, source, keep, of = job
-    zygote, failed, used, exits = Zygote(program), [], 0.0, collections.Counter()
+    programs, failed, used, exits = Programs(program), [], 0.0, collections.Counter()
     for number in numbers:
         folder = Path(tempfile.mkdtemp(prefix="luxfield-hostile-"))
-        case, answer, wrong = run_case(zygote, seed, number, source, folder, of)
+        case, answer, wrong = run_case(programs, seed, number, source, folder, of)
         used += answer["processor_s"]
-        exits[case.template.words.split()[0], answer.get("exit", "signal")] += 1
+        verb = case.words[0] if case.template.program == "python" else case.template.words.split()[0]
+        exits[verb, answer.get("exit", "signal")] += 1
         if wrong:
             error = folder / "err"
             text = error.read_bytes()[-400:].decode("utf8", "replace") if error.is_file() else ""
@@ -200,7 +287,7 @@ def work(job):
                     dirs_exist_ok=True,
                 )
         remove(folder)
-    zygote.close()
+    programs.close()
     return failed, used, exits
 
 
@@ -212,7 +299,7 @@ def special(folder, names):
 
 def show(number, case, answer, wrong, text, seed, program, of):
     print(f"case {number}: {'; '.join(wrong)}")
-    print("  luxfield", shlex.join(case.words))
+    print(f"  {case.template.program}", shlex.join(map(str, case.words)))
     print(
         f"  spoilt: {', '.join(case.spoil) or 'nothing'}; streams {case.streams}; limits {case.limits}"
     )
@@ -239,9 +326,12 @@ def main():
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="luxfield-hostile-corpus-") as name:
         source = Path(name)
-        first = Zygote(options.zygote)
-        corpus.make(source, lambda words: first.run(source, words))
+        first = Programs(options.zygote)
+        corpus.make(source, lambda words: first["luxfield"].run(source, words))
         first.close()
+        for name, why in missing(options.zygote).items():
+            cases.leave_out(name)
+            print(f"without the cases of {name}: {why}")
         numbers = (
             [options.only]
             if options.only is not None

@@ -22,7 +22,8 @@ NUMBERS = [
 TEXTS = [
     "", "x", "nan", "inf", "-inf", "../../../etc/passwd", "/dev/zero", "/dev/null", "/", ".", "..",
     "\x1b[31mred\x1b[0m", "\x1b]0;title\x07", "a\nluxfield: done", "\x9b1m", "\u202eabc", "\0", "é" * 300,
-    "%s%n%x", "{}{0}", "A" * 5000, "bspline2", "box", "lensless", "lens", "<script>alert(1)</script>",
+    "%s%n%x", "{}{0}", "A" * 5000, "=cmd|' /C calc'!A0", "@SUM(1)", "a\rb", "\u2066x\u2069\u200f", "e\u0301" * 200,
+    " ".join(f"Sentence {k} of a long condition." for k in range(320)), "\u5b57" * 2000, "bspline2", "box", "lensless", "lens", "<script>alert(1)</script>",
 ]  # fmt: skip
 
 
@@ -188,6 +189,26 @@ def of_json(random, data):
     for _ in range(random.choice([1, 1, 2])):
         root = tree(random, root)
     return json.dumps(root, indent=2).encode("utf8", "replace") + b"\n"
+
+
+def of_glb(random, data):
+    """A value of the JSON, the codes of a table deflated anew, or any bytes."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    text, binary = data[20 : 20 + length], data[28 + length :]
+    act = random.randrange(4)
+    if act == 0:
+        return of_bytes(random, data)
+    if act < 3:
+        text = of_json(random, text)
+    else:
+        root = json.loads(text)
+        view = random.choice(root["bufferViews"])
+        most = random.choice([10**3, 10**5, 10**7, 4 * 10**8])
+        codes = zlib.compress(bytes(most) if random.random() < 0.5 else random.randbytes(10**5), 1)
+        view |= {"byteOffset": len(binary), "byteLength": len(codes)}
+        text, binary = json.dumps(root).encode(), binary + codes
+    body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(body)) + body
 
 
 def of_exr(random, path):
@@ -476,6 +497,24 @@ def of_job(random, folder):
         random.choice(pieces + manifests).unlink()
 
 
+def of_cache(random, folder):
+    """An entry, or the folder itself, as a crash, a disk or somebody else leaves it."""
+    store = folder / "luxfield" / "store"
+    entries = sorted(path for path in store.iterdir() if path.is_file())
+    entry, other = random.choice(entries), random.choice(entries)
+    random.choice(
+        [
+            lambda: entry.write_bytes(of_bytes(random, entry.read_bytes())),
+            lambda: entry.write_bytes(entry.read_bytes()[: random.randrange(entry.stat().st_size)]),
+            lambda: entry.write_bytes(other.read_bytes()),
+            lambda: odd(random, entry),
+            lambda: store.chmod(random.choice([0, 0o500, 0o777])),
+            lambda: os.chown(store, 65534, 65534) if os.getuid() == 0 else store.chmod(0o777),
+            lambda: odd(random, store),
+        ]
+    )()
+
+
 def odd(random, path):
     """In place of the file something that is none, or that holds nothing."""
     if path.is_dir():
@@ -507,7 +546,7 @@ def odd(random, path):
 
 OF_DATA = {
     "toml": of_toml, "json": of_json, "png": of_png, "obj": of_lines, "mtl": of_lines, "ply": of_lines,
-    "gltf": of_json, "hdr": lambda r, d: random_of(r, of_lines, of_bytes)(r, d),
+    "gltf": of_json, "hdr": lambda r, d: random_of(r, of_lines, of_bytes)(r, d), "glb": of_glb,
 }  # fmt: skip
 
 
@@ -520,9 +559,8 @@ def spoil(random, path):
     if random.random() < 0.04:
         return odd(random, path)
     if path.is_dir():
-        if (path / "job.json").is_file():
-            return of_job(random, path)
-        return of_session(random, path) if (path / "journal.jsonl").exists() else odd(random, path)
+        known = {"job.json": of_job, "journal.jsonl": of_session, "luxfield": of_cache}
+        return next((of for name, of in known.items() if (path / name).exists()), odd)(random, path)
     kind = path.suffix[1:]
     if kind == "exr":
         path.write_bytes(of_exr(random, path))

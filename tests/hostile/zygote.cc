@@ -3,10 +3,11 @@
 //
 // One request a line on standard input, one answer a line on standard output, both JSON:
 //   {"folder": F, "words": ["info", "x.exr"], "stdin": S, "stdout": S, "stderr": S,
-//    "limits": {"fsize": N, "nofile": N, "space": N}, "processor_s": N, "wall_s": N}
+//    "limits": {"fsize": N, "nofile": N, "space": N}, "processor_s": N, "wall_s": N, "cache": C}
 //   {"exit": N} or {"signal": N}, and {"processor_s": N, "peak_bytes": N, "late": B, "left": B}
 // A stream S is a path, or "closed", or "clogged": a pipe that is full and takes no more. "space"
-// is the address space beyond what a run begins with. "late": it had to be ended after wall_s;
+// is the address space beyond what a run begins with; "cache" is a folder for $XDG_CACHE_HOME. The words
+// "reload SCENE NAME ..." show a scene and replace its files (reload.h). "late": it had to be ended after wall_s;
 // "left": one of its processes outlived it.
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -26,6 +27,7 @@
 #include "luxfield/bench/verbs/verb_bench.h"
 #ifdef LUXFIELD_VIEW
 #include "luxfield/view/verbs/verb_view.h"
+#include "tests/hostile/reload.h"
 #endif
 #include "luxfield/cli/run.h"
 #include "luxfield/core/json.h"
@@ -96,6 +98,12 @@ void Limit(__rlimit_resource resource, rlim_t most) {
   if (limits.contains("fsize")) Limit(RLIMIT_FSIZE, limits["fsize"]);
   if (limits.contains("nofile")) Limit(RLIMIT_NOFILE, limits["nofile"]);
   if (limits.contains("space")) Limit(RLIMIT_AS, SpaceInUse() + limits["space"].get<rlim_t>());
+  if (request.contains("cache"))
+    ::setenv("XDG_CACHE_HOME", request["cache"].get<std::string>().c_str(), 1);
+#ifdef LUXFIELD_VIEW
+  if (words.size() > 2 && words[1] == "reload")
+    std::exit(Reload(words[2], {words.begin() + 3, words.end()}));
+#endif
   std::exit(cli::Run(static_cast<int>(words.size()), arguments.data(),
                      {bench::AddBench,
 #ifdef LUXFIELD_VIEW
