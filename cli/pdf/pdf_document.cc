@@ -14,6 +14,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/printable.h"
+#include "luxfield/core/progress.h"
 #include "luxfield/core/spare_memory.h"
 
 namespace luxfield::cli {
@@ -234,6 +235,7 @@ class CairoPages : public PdfPages {
     if (y_ + height > kHeight - kBottom) NewPage();
   }
   void NewPage() {
+    core::ThrowIfInterrupted();
     Footer();
     cairo_show_page(context_.get());
     ++page_;
