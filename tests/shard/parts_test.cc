@@ -1,7 +1,9 @@
 // Job files, manifests and pieces that do not fit each other, whatever fits their hashes.
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <functional>
+#include <tuple>
 #include <utility>
 
 #include "luxfield/shard/gather.h"
@@ -113,15 +115,17 @@ TEST_F(ShardParts, AManifestNamesItsPiecesAndNothingElse) {
   core::WriteFileAtomically(ShardsFolder(JobFolder()) / (job_.shards[1].name + ".x.exr"),
                             "foreign");
   const core::Json whole = ManifestJson(1);
-  for (const auto& [file, because] : {std::pair{"../../other.exr", "missing"},
-                                      {"nested/other.exr", "missing"},
-                                      {"", "missing"},
-                                      {".x.exr", "names"}}) {
+  const std::string own = job_.shards[1].name;
+  for (const auto& [file, bytes, because] :
+       {std::tuple{std::string("../../other.exr"), "another file", "missing: 1"},
+        {"nested/other.exr", "", "missing: 1"},
+        {"", "", "missing: 1"},
+        {job_.shards[2].name + ".exr", "", "missing: 1"},
+        {own + ".x.exr", "foreign", "names"}}) {
     SCOPED_TRACE(file);
-    const std::string spoilt = *file == '.' && file[1] == 'x' ? job_.shards[1].name + file : file;
-    const std::string bytes = BytesOf(ShardsFolder(JobFolder()) / spoilt);
     core::Json json = whole;
-    json["files"][0] = {{"file", spoilt}, {"bytes", bytes.size()}, {"sha256", core::Sha256(bytes)}};
+    json["files"][0] = {
+        {"file", file}, {"bytes", std::strlen(bytes)}, {"sha256", core::Sha256(bytes)}};
     WriteManifestJson(1, json);
     ExpectRefused(1, because);
   }
