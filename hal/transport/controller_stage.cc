@@ -47,7 +47,7 @@ void ControllerStage::Restore(const Operation& operation) {
 void ControllerStage::Connect(double within_s, const std::function<void(const Operation&)>& work) {
   const Operation restore{"connect", SecondsFromNow(within_s)};
   Guarded(restore, [&] { Restore(restore); });
-  const Operation connect{"connect", SecondsFromNow(within_s)};
+  const Operation connect{"connect", SecondsFromNow(2 * within_s)};
   Guarded(connect, [&] { work(connect); });
 }
 

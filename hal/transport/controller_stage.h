@@ -56,7 +56,8 @@ class ControllerStage : public Stage {
   virtual void SendStop(bool homing, SteadyTime deadline) = 0;
 
   // For drivers.
-  // Halts and restores the controller within the time, then does the work within as much again.
+  // Halts and restores the controller within the time, then does the work within twice as much:
+  // on a slow line it is several questions, a second each.
   void Connect(double within_s, const std::function<void(const Operation&)>& work);
   void SetResolution(double resolution_m) { limits_.resolution_m = resolution_m; }
   void Heard(Vec2 readback_m, bool moving);  // what the controller has said

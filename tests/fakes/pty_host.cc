@@ -69,7 +69,8 @@ void PtyHost::Freeze(bool frozen) {
 
 void PtyHost::Delay(double each_way_s) {
   const std::lock_guard lock(mutex_);
-  each_way_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(each_way_s));
+  each_way_ =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(each_way_s));
 }
 
 void PtyHost::Inspect(const Look& look) {

@@ -84,9 +84,9 @@ TEST_F(GpioLines, AChipOfOthersIsRefusedWithTheGroupToJoin) {
   const Forbidden node(FakeGpioChip::kPath);
   const HardwareError error = ErrorOf([] { InputLines("gpiochip0", {{"stop"}}); });
   EXPECT_EQ(error.fault, Fault::kRefused);
-  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("/dev/gpiochip0"), HasSubstr("group gpio"),
-                                           HasSubstr("udev rule"),
-                                           HasSubstr("docs/how-to/permissions.md")));
+  EXPECT_THAT(error.what(),
+              testing::AllOf(HasSubstr("/dev/gpiochip0"), HasSubstr("group gpio"),
+                             HasSubstr("udev rule"), HasSubstr("docs/how-to/permissions.md")));
 }
 
 TEST_F(GpioLines, AChipThatGoesAwayIsDisconnected) {

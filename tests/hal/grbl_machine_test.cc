@@ -78,11 +78,11 @@ TEST(GrblMachine, GreetsAsGrblHal) {
   EXPECT_THAT(Say(machine, ""), ElementsAre("GrblHAL 1.1f ['$' or '$HELP' for help]", "ALARM:11",
                                             "[MSG:Homing cycle required]"));
   EXPECT_THAT(Say(machine, "?"), ElementsAre(HasSubstr("<Alarm|MPos:0.000,0.000,0.000|")));
-  EXPECT_THAT(Say(machine, "$I\n"),
-              ElementsAre("[VER:1.1f.20260817:]", "[OPT:VNM+,100,1024,3,0]", "[AXS:3:XYZ]",
-                          "[NEWOPT:ENUMS,RT+,HOME,TC,SED]", "[FIRMWARE:grblHAL]", "[SIGNALS:D]",
-                          "[NVS STORAGE:*EEPROM]", "[DRIVER:Simulator]", "[DRIVER VERSION:260324]",
-                          "ok"));
+  EXPECT_THAT(
+      Say(machine, "$I\n"),
+      ElementsAre("[VER:1.1f.20260817:]", "[OPT:VNM+,100,1024,3,0]", "[AXS:3:XYZ]",
+                  "[NEWOPT:ENUMS,RT+,HOME,TC,SED]", "[FIRMWARE:grblHAL]", "[SIGNALS:D]",
+                  "[NVS STORAGE:*EEPROM]", "[DRIVER:Simulator]", "[DRIVER VERSION:260324]", "ok"));
 }
 
 // Report.cpp, Protocol.cpp, ProcessSettings.cpp and RuntimeSetting.cpp of FluidNC.

@@ -38,7 +38,9 @@ TEST(GrblMessage, ResponsesAreOnlyOkAndError) {
 
 // interface.md; report.c of grblHAL; Report.cpp and SettingsDefinitions.cpp of FluidNC.
 TEST(GrblMessage, TheFirmwareIsNamedByItsWelcomeAndItsVersionLine) {
-  const auto named = [](const Firmware& firmware) { return firmware.name + " " + firmware.version; };
+  const auto named = [](const Firmware& firmware) {
+    return firmware.name + " " + firmware.version;
+  };
   const auto welcomed = [&](const std::string& line) {
     return named(Parsed<Welcome>(line).firmware);
   };

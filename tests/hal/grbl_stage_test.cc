@@ -7,7 +7,7 @@
 
 #include <deque>
 #include <functional>
-#include <tuple>
+#include <utility>
 
 #include "luxfield/hal/lab/identify_port.h"
 #include "luxfield/hal/transport/faulty_stream.h"
@@ -28,6 +28,14 @@ StageSetup TestSetup() {
   StageSetup setup;
   setup.limits = {{-0.08, -0.06}, {0.08, 0.06}, 0.1, 0, 0};
   setup.axes = {Axis{0, 1, -100}, Axis{1, -1, -100}};
+  return setup;
+}
+
+// With the same way above and below the middle of its travel.
+StageSetup SetupOf(fakes::GrblKind kind) {
+  StageSetup setup = TestSetup();
+  if (kind == fakes::GrblKind::kFluidNc)
+    for (Axis& axis : setup.axes) axis.origin_mm += fakes::GrblMachine::kFluidNcHome_mm;
   return setup;
 }
 
@@ -106,11 +114,13 @@ TEST(GrblStage, SilenceIsNotGrbl) {
 // After power-up a controller that homes is locked, and says so to whoever asks. Wi-Fi, Bluetooth
 // and busy hosts answer late, and the driver asks before the answer to a command has come.
 TEST(GrblStage, OpensHomesAndMovesALockedControllerBehindASlowLine) {
-  for (const double each_way_s : {0.15, 0.5}) {
-    SCOPED_TRACE(each_way_s);
-    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+  for (const auto& [each_way_s, kind] :
+       {std::pair{0.15, fakes::GrblKind::kGrbl}, std::pair{0.5, fakes::GrblKind::kGrbl},
+        std::pair{0.5, fakes::GrblKind::kFluidNc}}) {
+    SCOPED_TRACE(fmt::format("{} s, kind {}", each_way_s, static_cast<int>(kind)));
+    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick, kind));
     host.Delay(each_way_s);
-    GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+    GrblStage stage(OpenSerialPort(host.port(), 115200), SetupOf(kind), kClock);
     StagePosition where = stage.Where();
     EXPECT_FALSE(where.homed);
     EXPECT_EQ(where.lost, "") << "nothing was known that could be lost";
@@ -142,20 +152,18 @@ TEST(GrblStage, AMoveRefusesAControllerThatIsLocked) {
 
 // They greet, number their alarms and place their home differently, and are asked by other names.
 TEST(GrblStage, DrivesGrblHalAndFluidNc) {
-  for (const auto& [kind, name, origin_mm] :
-       {std::tuple{fakes::GrblKind::kGrblHal, "grblHAL 1.1f.20260817 stage", -100.0},
-        std::tuple{fakes::GrblKind::kFluidNc, "FluidNC v3.9.1 stage",
-                   fakes::GrblMachine::kFluidNcHome_mm - 100}}) {
+  for (const auto& [kind, name] :
+       {std::pair{fakes::GrblKind::kGrblHal, "grblHAL 1.1f.20260817 stage"},
+        std::pair{fakes::GrblKind::kFluidNc, "FluidNC v3.9.1 stage"}}) {
     SCOPED_TRACE(name);
     fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick, kind));
-    StageSetup setup = TestSetup();
-    for (Axis& axis : setup.axes) axis.origin_mm = origin_mm;
+    const StageSetup setup = SetupOf(kind);
     GrblStage stage(OpenSerialPort(host.port(), 115200), setup, kClock);
     EXPECT_THAT(stage.identity(), HasSubstr(name));
     stage.Home(In(20));
     stage.MoveTo({0.025, 0.012}, In(20));
     EXPECT_NEAR(stage.Where().readback.x, 0.025, 1e-5);
-    host.Inspect([&, origin = origin_mm](fakes::FakeDevice& device) {
+    host.Inspect([origin = setup.axes[0].origin_mm](fakes::FakeDevice& device) {
       const auto& at = dynamic_cast<fakes::GrblMachine&>(device).motion().position();
       EXPECT_NEAR(at[0], origin + 25, 1e-6);
       EXPECT_NEAR(at[1], origin - 12, 1e-6);

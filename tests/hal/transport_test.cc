@@ -201,8 +201,9 @@ TEST(Transport, APortOfOthersIsRefusedWithTheGroupToJoin) {
   const Forbidden port(host.port());
   const HardwareError error = ErrorOf([&] { OpenSerialPort(host.port(), 9600); });
   EXPECT_EQ(error.fault, Fault::kRefused);
-  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("Permission denied (refused); join the group dialout"),
-                                           HasSubstr("docs/how-to/permissions.md")));
+  EXPECT_THAT(error.what(),
+              testing::AllOf(HasSubstr("Permission denied (refused); join the group dialout"),
+                             HasSubstr("docs/how-to/permissions.md")));
   EXPECT_EQ(PortRefusal(host.port()), error.what());
 }
 

@@ -165,9 +165,9 @@ TEST_F(UsbTmcDeviceTest, AnInstrumentOfOthersIsRefusedWithTheGroupToJoin) {
   const Forbidden node("/dev/bus/usb/001/002");
   const HardwareError error = ErrorOf([&] { UsbTmc device(Options()); });
   EXPECT_EQ(error.fault, Fault::kRefused);
-  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("1209:0001"), HasSubstr("group plugdev"),
-                                           HasSubstr("udev rule"),
-                                           HasSubstr("docs/how-to/permissions.md")));
+  EXPECT_THAT(error.what(),
+              testing::AllOf(HasSubstr("1209:0001"), HasSubstr("group plugdev"),
+                             HasSubstr("udev rule"), HasSubstr("docs/how-to/permissions.md")));
   const auto devices = ListUsbTmcDevices();
   ASSERT_EQ(devices.size(), 1u);
   EXPECT_EQ(devices[0].problem, error.what());

@@ -42,7 +42,8 @@ constexpr std::array kGrblHalAlarms = {
 
 constexpr std::array kFluidNcAlarms = {
     Row{11, {Fault::kStopped, "an input was active at its start", "clear it, then home"}},
-    Row{12, {Fault::kNotHomed, "homing failed: a switch serves both ends", "move it off, then home"}},
+    Row{12,
+        {Fault::kNotHomed, "homing failed: a switch serves both ends", "move it off, then home"}},
     Row{13, {Fault::kStopped, "its emergency stop was pressed", "release it, then home"}},
     Row{14, {Fault::kNotHomed, "it has to be homed", kHome}},
     Row{15, {Fault::kNotHomed, "it has just started", kHome}},

@@ -25,7 +25,9 @@ OpenStageOn Read(const core::Config& stage) {
 }  // namespace
 
 Driver Description() {
-  return {"grbl", "stage: Grbl 1.1, grblHAL or FluidNC over a serial port or TCP", true, "", {}, Read, {}};
+  return {
+      "grbl", "stage: Grbl 1.1, grblHAL or FluidNC over a serial port or TCP", true, "", {}, Read,
+      {}};
 }
 
 }  // namespace luxfield::hal::grbl

@@ -197,7 +197,8 @@ bool GrblStage::Halt(const Operation& operation) {
     const auto message = hear(operation.deadline);
     if (!message)
       throw Failure(operation, Fault::kTimeout, "no welcome after a reset",
-                    "check that it is a Grbl 1.1, grblHAL or FluidNC controller, its power, cable and baud rate");
+                    "check that it is a Grbl 1.1, grblHAL or FluidNC controller, its power, cable "
+                    "and baud rate");
     if (std::holds_alternative<Welcome>(*message)) {
       kept = restarting;
       break;

@@ -10,8 +10,8 @@
 namespace luxfield::hal::grbl {
 namespace {
 
-constexpr int kReportInches = 13, kHoming = 22, kHomingDirection = 23,
-              kPullOff = 27, kStepsPerMm = 100, kMaxRate = 110, kMaxTravel = 130;
+constexpr int kReportInches = 13, kHoming = 22, kHomingDirection = 23, kPullOff = 27,
+              kStepsPerMm = 100, kMaxRate = 110, kMaxTravel = 130;
 
 bool HomesLow(const Controller& controller, int axis, const std::string& device) {
   return (static_cast<int>(controller.Get(kHomingDirection, device)) >> axis & 1) != 0;

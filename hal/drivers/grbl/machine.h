@@ -36,7 +36,7 @@ struct StageSetup {
 
 struct Controller {
   Firmware firmware;
-  std::map<int, double> settings;               // $n
+  std::map<int, double> settings;                    // $n
   std::array<std::optional<double>, 3> own_home_mm;  // X, Y, Z, where the firmware sets them
 
   // A line of `$I`, without its brackets.

@@ -202,8 +202,8 @@ std::vector<UsbTmcDevice> ListUsbTmcDevices() {
         UsbTmcDevice found{descriptor.idVendor, descriptor.idProduct, {}, {}};
         libusb_device_handle* raw = nullptr;
         if (const int error = libusb_open(device, &raw)) {
-          found.problem = UsbError(NameOf(descriptor.idVendor, descriptor.idProduct), "open", error)
-                              .what();
+          found.problem =
+              UsbError(NameOf(descriptor.idVendor, descriptor.idProduct), "open", error).what();
         } else {
           const Handle handle(raw);
           found.serial = SerialOf(handle.get(), descriptor);
