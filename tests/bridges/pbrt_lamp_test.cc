@@ -66,7 +66,8 @@ TEST(PbrtLamp, PixelsAreTheIntensities) {
   }
   ASSERT_EQ(written.far.size(), 4u);  // 0.1 m lies within the lamp's reach
   EXPECT_LT(written.far[3].largest, 0.02);
-  EXPECT_THAT(core::ReadFile(scratch / "lamp.pbrt.far.pbrt"), testing::HasSubstr("\"goniometric\""));
+  EXPECT_THAT(core::ReadFile(scratch / "lamp.pbrt.far.pbrt"),
+              testing::HasSubstr("\"goniometric\""));
 }
 
 // The projection lights of a scene's part as pbrt-v4 lights with them (its lights.cpp: the pictures'
