@@ -438,13 +438,18 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
 
 // Intel's compiler gives wrong results in groups of more, and wrong pictures.
 TEST(Tuning, OfIntelsRuntimeForProcessorsRunsItemsOneByOne) {
-  DeviceInfo info{.platform = "Intel(R) OpenCL", .is_cpu = true, .native_float_lanes = 8};
+  DeviceInfo info;
+  info.platform = "Intel(R) OpenCL";
+  info.is_cpu = true;
+  info.native_float_lanes = 8;
   EXPECT_EQ(TuningOf(info).group_size, 1);
   EXPECT_EQ(TuningOf(info).lanes, 8);
   EXPECT_EQ(ParseTuning("group=32", TuningOf(info)).group_size, 32);
   info.is_cpu = false;  // their GPUs have another compiler
   EXPECT_EQ(TuningOf(info).group_size, 64);
-  info = {.platform = "Portable Computing Language", .is_cpu = true};
+  info = {};
+  info.platform = "Portable Computing Language";
+  info.is_cpu = true;
   EXPECT_EQ(TuningOf(info).group_size, 32);
 }
 

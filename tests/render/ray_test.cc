@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "luxfield/core/error.h"
 #include "luxfield/core/random.h"
 #include "luxfield/render/scene/device_scene.h"
 #include "tests/render/triangle_soup.h"
