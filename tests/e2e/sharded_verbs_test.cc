@@ -61,8 +61,7 @@ keep = "flux"
 
 // As a job.json may have it that was changed, with names that fit.
 TEST_F(ShardedVerbs, WordsThatAskForHelpAreNoneOfAJob) {
-  for (const char* verb : {"merge", "reconstruct", "preprocess", "render"})
-    try {
+  for (const char* verb : {"merge", "reconstruct", "preprocess", "render"}) try {
       cli::MakeTask(verb, {"--help"}, 1);
       ADD_FAILURE() << "took it";
     } catch (const InputError& error) {
