@@ -91,13 +91,26 @@ std::vector<MedianPoint> Write(const TableSource& source, const std::filesystem:
   return points;
 }
 
+// What OpenEXR 3.1 holds of the parts of both files until these are closed: headers, tables of
+// offsets, and for each part written two lines a thread. Measured, a part of 65 x 65 takes 37 KiB,
+// one of 2049 x 2049 on two threads 168 KiB.
+std::uint64_t PartBytes(const LuminaireGeometry& geometry) {
+  constexpr std::uint64_t kHeaders = 48 << 10, kLine = 8, kOfRow = 40;
+  const auto columns = static_cast<std::uint64_t>(geometry.lattice.width) + 1,
+             rows = static_cast<std::uint64_t>(geometry.lattice.height) + 1,
+             lines = 2 * static_cast<std::uint64_t>(core::Threads());
+  return static_cast<std::uint64_t>(geometry.grid.count()) *
+         (kHeaders + lines * kLine * columns + kOfRow * rows);
+}
+
 }  // namespace
 
 std::uint64_t TableBytes(const LuminaireGeometry& geometry, int images) {
-  constexpr std::uint64_t kBesideImages = std::uint64_t{64} << 20;  // headers, what is written
+  constexpr std::uint64_t kBeside = std::uint64_t{16} << 20;
   const std::uint64_t texels = geometry.plane_size(),
                       of_image = 4 * static_cast<std::uint64_t>(geometry.channels) + 8 + 8;
-  return texels * (of_image * static_cast<std::uint64_t>(images) + 8) + kBesideImages;
+  return texels * (of_image * static_cast<std::uint64_t>(images) + 8) + PartBytes(geometry) +
+         kBeside;
 }
 
 int TableImagesWithin(const LuminaireGeometry& geometry, const std::string& name,

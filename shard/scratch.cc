@@ -35,10 +35,9 @@ bool IsOld(const fs::path& folder) {
 }
 
 // Whether the process that the folder is of works there yet. The process number alone decides where
-// the file system has no locks, or the lock is another user's.
+// the file system has no locks, the lock is another user's, or an earlier version made the folder.
 bool IsAlive(const fs::path& folder, long process) {
   const int file = ::open((folder / kLock).c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0 && errno == ENOENT) return !IsOld(folder);  // not locked yet, or being removed
   if (file >= 0) {
     const bool is_free = ::flock(file, LOCK_SH | LOCK_NB) == 0;
     const bool is_held = !is_free && errno == EWOULDBLOCK;
@@ -75,19 +74,22 @@ std::string HostName() {
 }
 
 ScratchFolder::ScratchFolder(const fs::path& folder, int number) {
-  core::MakeFolder(folder / "scratch");
-  std::string path =
-      folder / "scratch" / fmt::format("{}.{}.{}-XXXXXX", number, HostName(), ::getpid());
-  if (!::mkdtemp(path.data())) FailMaking(path);
-  path_ = path;
-  lock_ = ::open((path_ / kLock).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (lock_ < 0) {
-    const int error = errno;
-    ::rmdir(path_.c_str());
-    errno = error;
-    FailMaking(path_ / kLock);
-  }
-  ::flock(lock_, LOCK_EX | LOCK_NB);  // where the file system has locks
+  const fs::path scratch = folder / "scratch";
+  core::MakeFolder(scratch);
+  // Hidden until it is locked: nobody takes it for what a dead process left.
+  const std::string name = fmt::format(".{}.{}.{}-XXXXXX", number, HostName(), ::getpid());
+  std::string hidden = scratch / name;
+  if (!::mkdtemp(hidden.data())) FailMaking(hidden);
+  path_ = scratch / fs::path(hidden).filename().string().substr(1);
+  lock_ = ::open((fs::path(hidden) / kLock).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (lock_ >= 0) ::flock(lock_, LOCK_EX | LOCK_NB);  // where the file system has locks
+  if (lock_ >= 0 && ::rename(hidden.c_str(), path_.c_str()) == 0) return;
+  const int error = errno;
+  std::error_code ignored;
+  fs::remove_all(hidden, ignored);
+  if (lock_ >= 0) ::close(lock_);
+  errno = error;
+  FailMaking(path_);
 }
 
 ScratchFolder::~ScratchFolder() {
@@ -115,6 +117,11 @@ void SweepScratch(const fs::path& folder) {
   std::error_code ignored;
   for (const Scratch& scratch : FindScratch(folder))
     if (scratch.here && !scratch.alive) fs::remove_all(scratch.folder, ignored);
+  std::vector<fs::path> unlocked;  // since a day: whoever made them was killed before the lock
+  for (const auto& entry : fs::directory_iterator(folder / "scratch", ignored))
+    if (entry.path().filename().string().starts_with('.') && IsOld(entry.path()))
+      unlocked.push_back(entry.path());
+  for (const fs::path& path : unlocked) fs::remove_all(path, ignored);
 }
 
 }  // namespace luxfield::shard

@@ -1,6 +1,7 @@
 // Folders that processes write in while they work on a shard.
 //
-//   FOLDER/scratch/7.HOST.PID-XXXXXX/   shard 7; XXXXXX sets apart those of equal host and process
+//   FOLDER/scratch/7.HOST.PID-XXXXXX/   shard 7; XXXXXX sets apart those of equal host and process;
+//                                       hidden (.7.HOST...) until it is locked
 //
 // Two containers may have equal host names and process numbers, and neither sees the other's
 // processes. A process holds the lock (flock(2)) of the file LOCK in its folder as long as it works.
@@ -38,7 +39,7 @@ struct Scratch {
 };
 std::vector<Scratch> FindScratch(const std::filesystem::path& folder);
 
-// Removes those of this host whose process is gone.
+// Removes those of this host whose process is gone, and those that are hidden since a day.
 void SweepScratch(const std::filesystem::path& folder);
 
 std::string HostName();

@@ -65,6 +65,19 @@ class Shards(unittest.TestCase):
         self.assertEqual(status["counts"], {"done": len(status["shards"])})
         return status
 
+    def test_a_job_whose_shards_are_not_the_whole_is_one_sentence(self):
+        folder = self.folder
+        write_job(folder, "gaps.toml", "merge", "s", "gaps.meas.exr", 3)
+        must(folder, "shard", "plan", "gaps.toml", "-o", "gaps", "--quiet")
+        path = folder / "gaps/job.json"
+        whole = json.loads(path.read_text())
+        for shards, said in (([], "shards names none"), (whole["shards"][:2], "length = ")):
+            path.write_text(json.dumps(whole | {"shards": shards}))
+            for words in (("run", "gaps", "0"), ("status", "gaps"), ("gather", "gaps")):
+                result = run(folder, "shard", *words)
+                self.assertEqual((result.returncode, len(result.stderr.splitlines())), (2, 1), result)
+                self.assertIn(said, result.stderr)
+
     def test_merge(self):
         status = self.expect_equal("merge", "merge", ["s"], ".meas.exr", 7, "", [])
         self.assertEqual((status["axis"], status["length"], len(status["shards"])), ("positions", 20, 7))

@@ -446,8 +446,8 @@ def of_job(random, folder):
             if how == 0 and ranges:
                 del ranges[at]
             elif how == 1 and ranges:
-                ranges[at][random.choice(["first", "last"])] = int(
-                    near(random, 1) if random.random() < 0.2 else random.randrange(-3, 12)
+                ranges[at][random.choice(["first", "last"])] = random.choice(
+                    [near(random, 1), *range(-3, 12)]
                 )
             elif how == 2:
                 job["length"] = ranges[-1]["last"] if ranges else 0

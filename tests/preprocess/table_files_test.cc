@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -10,6 +11,8 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/random.h"
+#include "luxfield/core/resident_memory.h"
+#include "luxfield/core/stopwatch.h"
 #include "luxfield/preprocess/table_io.h"
 #include "tests/core/memory_folder.h"
 #include "tests/seed.h"
@@ -69,6 +72,43 @@ TEST_F(TableFiles, AsManyImagesAtOnceAsFit) {
   EXPECT_EQ(TableImagesWithin(geometry, "x", TableBytes(geometry, 3) - 1, 8), 2);
   EXPECT_EQ(TableImagesWithin(geometry, "x", TableBytes(geometry, 9), 8), 8);
   EXPECT_THROW(TableImagesWithin(geometry, "x", TableBytes(geometry, 1) - 1, 8), InputError);
+}
+
+// What is taken fits, and little more is asked for: of images that are few and large, and of
+// parts that are many and small.
+TEST_F(TableFiles, TakeWhatIsEstimated) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer's own memory is several times the program's";
+#endif
+  constexpr double kMib = 1 << 20, kSpareMib = 32;
+  for (const auto& [grid, texels] : {std::pair{2, 1024}, {6, 512}, {20, 64}})
+    for (const int images : {1, 3}) {
+      TableSource source{folder_ / "x.lf.exr", "x.lf.exr", {}, images};
+      lightfield::LuminaireGeometry g;
+      {
+        g.delta_m = 0.3;
+        g.grid = lightfield::BasisGrid::Centred(
+            lightfield::Basis::Make(lightfield::BasisKind::kBspline2), grid, grid, 0.01);
+        g.lattice = {texels, texels, -0.1, 0.1, 0.2 / texels, 0.2 / texels};
+        g.channels = 1;
+        lightfield::LightField field(g);
+        for (int m = 0; m < g.grid.count(); ++m)
+          for (std::size_t k = 0; k < g.plane_size(); ++k)
+            field.image(m, 0)[k] = static_cast<float>(k % 251);
+        lightfield::WriteLightField(source.light_field, field);
+      }
+      source.sha256 = core::Sha256OfFile(source.light_field);
+      ::malloc_trim(0);
+      const double before = static_cast<double>(core::ResidentBytes()) / kMib;
+      core::TakePeakMib();
+      WriteTablesOf(source, folder_ / "x.tab.exr");
+      const double taken = core::TakePeakMib() - before,
+                   estimate = static_cast<double>(TableBytes(g, images)) / kMib;
+      std::printf("%d x %d images of %d^2, %d at once: %.1f of %.1f MiB\n", grid, grid, texels,
+                  images, taken, estimate);
+      EXPECT_LT(taken, estimate);
+      EXPECT_GT(taken, estimate - kSpareMib);
+    }
 }
 
 }  // namespace

@@ -70,18 +70,34 @@ TEST_F(ShardJob, ARunnerIsDeadWhoseNumberIsAnotherProcesss) {
   EXPECT_THAT(FindScratch(JobFolder()), IsEmpty());
 }
 
-// Between its making and its lock, and as earlier versions left it: a day decides.
-TEST_F(ShardJob, AScratchFolderWithoutALockIsKeptForADay) {
+// Somebody may be about to lock it.
+TEST_F(ShardJob, AHiddenScratchFolderStaysForADay) {
   const FakeTask task(folder_, 4);
   const Job job = Plan(task, 2);
-  const auto left = JobFolder() / "scratch" / fmt::format("1.{}.1", HostName());
+  const auto left = JobFolder() / "scratch" / fmt::format(".1.{}.1-abcdef", HostName());
   std::filesystem::create_directories(left);
+  EXPECT_EQ(StatusOf(JobFolder(), job)[1].state, State::kMissing);
   RunShard(JobFolder(), job, task, 0);
-  EXPECT_THAT(FindScratch(JobFolder()), SizeIs(1));
+  EXPECT_TRUE(std::filesystem::exists(left));
   std::filesystem::last_write_time(
       left, std::filesystem::file_time_type::clock::now() - std::chrono::hours(25));
   RunShard(JobFolder(), job, task, 0);
-  EXPECT_THAT(FindScratch(JobFolder()), IsEmpty());
+  EXPECT_FALSE(std::filesystem::exists(left));
+}
+
+// Without a lock: the process decides.
+TEST_F(ShardJob, WhatADeadProcessOfAnEarlierVersionLeftGoes) {
+  const FakeTask task(folder_, 4);
+  const Job job = Plan(task, 2);
+  const pid_t gone = fork();
+  if (gone == 0) _exit(0);
+  waitpid(gone, nullptr, 0);
+  for (const pid_t process : {gone, getpid()})
+    std::filesystem::create_directories(JobFolder() / "scratch" /
+                                        fmt::format("1.{}.{}", HostName(), process));
+  RunShard(JobFolder(), job, task, 0);
+  ASSERT_THAT(FindScratch(JobFolder()), SizeIs(1));
+  EXPECT_EQ(FindScratch(JobFolder())[0].process, getpid());
 }
 
 // Each of the processes is number 1 of its own, on one host.
