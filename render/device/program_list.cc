@@ -52,7 +52,7 @@ std::vector<ProgramName> MakeList() {
         "luminaire/volume.cl", "mis/environment_shares.cl", "scene/gbuffer.cl", "scene/trace.cl"})
     Add(file, {}, all);
   Add("environment/environment.cl", {kGlossy, {"-D COUNT_USEFUL=1", ""}}, all);
-  Add("luminaire/exact.cl", {{"", "-D SHADOW_MAPS=1"}}, all);
+  Add("luminaire/exact.cl", {{"-D SHADOW_MAPS=0", "-D SHADOW_MAPS=1"}}, all);
   Add("luminaire/gloss.cl", {{"-D GLOSSY=1"}}, all);
   Add("luminaire/visible_share.cl", {kGlossy}, all);
   Add("luminaire/window_masses.cl", {kTasks}, all);
