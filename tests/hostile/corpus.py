@@ -141,10 +141,14 @@ position = [0, -3, 1.5]
 look_at = [0, 0, 0.5]
 width = 8
 height = 6
+[[material]]
+name = "grey"
+albedo = [0.5, 0.5, 0.5]
 [[quad]]
 corner = [-2, -2, 0]
 edge_u = [4, 0, 0]
 edge_v = [0, 4, 0]
+material = "grey"
 [[luminaire]]
 file = "x.lf.exr"
 position = [0, 0, 2]

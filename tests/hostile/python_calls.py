@@ -5,6 +5,7 @@ import os
 import stat
 
 import luxfield
+from luxfield import _luxfield as compiled
 import numpy as np
 
 READERS = {
@@ -134,14 +135,14 @@ def of_module(random):
     basis = random.choice(["bspline2", "box", "quadratic", "", "x" * 10**6, None])
     random.choice(
         [
-            lambda: luxfield.gram_matrix(basis, count, number),
-            lambda: luxfield.basis_values(basis, array(random), number),
-            lambda: luxfield.basis_cells(basis),
-            lambda: luxfield.set_threads(count),
-            lambda: luxfield.what_is(random.choice(["x.lf.exr", "sky.hdr", "", ".", "-", "a\0b", "no"])),
-            lambda: luxfield.read_exr_layers("x.lf.exr"),
-            lambda: luxfield.read_exr_attributes("x.meas.exr"),
-            lambda: luxfield.read_hdr("sky.hdr"),
+            lambda: compiled.gram_matrix(basis, count, number),
+            lambda: compiled.basis_values(basis, array(random), number),
+            lambda: compiled.basis_cells(basis),
+            lambda: compiled.set_threads(count),
+            lambda: compiled.what_is(random.choice(["x.lf.exr", "sky.hdr", "", ".", "-", "a\0b", "no"])),
+            lambda: compiled.read_exr_layers("x.lf.exr"),
+            lambda: compiled.read_exr_attributes("x.meas.exr"),
+            lambda: compiled.read_hdr("sky.hdr"),
             lambda: type(luxfield.Sampler).__call__(luxfield.Sampler, lamp(random)),
             lambda: luxfield.Sampler.__new__(luxfield.Sampler).pdf(array(random), array(random), array(random)),
         ]

@@ -44,11 +44,11 @@ def child(request):
     except REFUSALS as refusal:
         text = str(refusal).strip() or "no words" * (not isinstance(refusal, MemoryError))
         if "no words" in text or "/tmp/luxfield-" in text:
-            os.write(1, f"a refusal of no use: {text}\n".encode())
+            os.write(2, f"a refusal of no use: {text}\n".encode())
             return 1
         return 0
     except BaseException:
-        os.write(1, traceback.format_exc().encode())
+        os.write(2, traceback.format_exc().encode())
         return 1
 
 
