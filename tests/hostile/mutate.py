@@ -211,10 +211,50 @@ def of_glb(random, data):
     return struct.pack("<III", 0x46546C67, 2, 12 + len(body)) + body
 
 
+def of_exr_header(random, data):
+    """An attribute of the first header: twice, gone, of another type or size; or a larger window."""
+    attributes, at = [], 8
+    while data[at] != 0:
+        name_end = data.index(b"\0", at)
+        type_end = data.index(b"\0", name_end + 1)
+        (size,) = struct.unpack_from("<i", data, type_end + 1)
+        value = data[type_end + 5 : type_end + 5 + size]
+        attributes.append([data[at:name_end], data[name_end + 1 : type_end], size, value])
+        at = type_end + 5 + size
+    one = random.choice(attributes)
+    act = random.randrange(6)
+    if act == 0:
+        attributes.append(list(random.choice(attributes)))
+    elif act == 1:
+        attributes.remove(one)
+    elif act == 2:
+        one[1] = random.choice(attributes)[1]
+    elif act == 3:
+        one[2] = random.choice([0, 1, 3, 4, 16, one[2] - 1, one[2] + 1, one[2] + 37, 2**31 - 1])
+    elif act == 4:
+        one[3] += bytes(random.choice([1, 4, 37]))
+        one[2] = random.choice([one[2], len(one[3])])
+    else:
+        wide = struct.pack("<4i", 0, 0, 2 ** random.randrange(28), 2 ** random.randrange(20))
+        for other in attributes:
+            if other[0] == b"dataWindow":
+                other[3] = wide
+    text = b"".join(
+        name + b"\0" + kind + b"\0" + struct.pack("<i", size) + value
+        for name, kind, size, value in attributes
+    )
+    return data[:8] + text + data[at:]
+
+
 def of_exr(random, path):
     """Pixels and attributes of parts, rewritten whole; or the bytes of the header; or any bytes."""
     data = path.read_bytes()
-    act = random.randrange(4)
+    act = random.randrange(5)
+    if act == 4:
+        try:
+            return of_exr_header(random, data)
+        except (ValueError, IndexError, struct.error):  # spoilt before
+            return of_bytes(random, data)
     if act == 0:
         return of_bytes(random, data)
     if act == 1:
