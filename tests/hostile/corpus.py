@@ -286,6 +286,7 @@ rows = 4
 [[eye]]
 name = "at the desk"
 eye_m = [0.3, 0, 1]
+line_of_sight = [-0.3, 0, -1]
 fields_of_view_mrad = [100]
 background_cd_per_m2 = 40
 opening_m = [0.06, 0.06]
