@@ -86,8 +86,10 @@ std::optional<std::string> MisspeltOption(const CLI::App& app) {
   std::string words;
   const CLI::App& verb = Parsed(app, &words);
   if (&verb == &app) return {};
-  for (const std::string& extra : verb.remaining(true))
+  for (const std::string& extra : verb.remaining(true)) {
+    if (extra == "--") break;  // behind it are no options
     if (extra.starts_with("-")) return WithHelp(UnknownWord(verb, extra), words);
+  }
   return {};
 }
 

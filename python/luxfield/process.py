@@ -31,7 +31,8 @@ def program():
     named = os.environ.get("LUXFIELD_PROGRAM")
     if named:
         return named
-    for path in [_build.PROGRAM] * bool(_build) + [os.path.join(sysconfig.get_path("scripts"), "luxfield")]:
+    built = [_build.PROGRAM] if _build else []
+    for path in [*built, os.path.join(sysconfig.get_path("scripts"), "luxfield")]:
         if os.path.isfile(path) and os.access(path, os.X_OK):
             return path
     found = shutil.which("luxfield")
@@ -46,7 +47,7 @@ def data_file(name):
 
     It is looked for in the source tree of this package's build, then where the program is installed."""
     installed = pathlib.Path(program()).resolve().parent.parent / "share/luxfield/data"
-    folders = [pathlib.Path(_build.DATA)] * bool(_build) + [installed]
+    folders = [pathlib.Path(_build.DATA), installed] if _build else [installed]
     for folder in folders:
         if (folder / name).is_file():
             return folder / name

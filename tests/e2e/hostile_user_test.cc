@@ -87,6 +87,8 @@ TEST_F(HostileUser, MisspeltWordsAreNamed) {
            {{"calibrate", "sensro", "s"}, "did you mean 'sensor'?"},
            {{"render", "s.toml", "-o", "x.exr", "--sppp", "3"}, "--sppp; did you mean '--spp'?"},
            {{"render", "s.toml", "-o", "x.exr", "--wavelength", "3"}, "does not know --wavelength"},
+           {{"merge", "-o", "x.meas.exr", "--", plan_}, plan_ + ": is a plan, not"},
+           {{"info", "--", "--help"}, "luxfield: --help: "},
        }) {
     const auto outcome = RunLuxfield(mistake.typed, folder_);
     EXPECT_EQ(outcome.exit_code, 2);

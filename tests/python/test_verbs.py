@@ -251,7 +251,7 @@ def test_a_name_that_looks_like_an_option_is_a_file(small, tmp_path, monkeypatch
         with pytest.raises(luxfield.InputError, match=f"^{name}: "):
             luxfield.info(name)
     lamp = luxfield.export(small["solved"], "-x.ldt").output
-    assert luxfield.info(lamp).figures["kind"] == "intensity"
+    assert luxfield.info(lamp).figures["kind"] == "photometry"
     solved = small["solved"].value
     solved.write("-x.lf.exr")
     assert luxfield.preprocess("-x.lf.exr", output="-y.tab.exr").output.stat().st_size > 0
