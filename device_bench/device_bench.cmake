@@ -11,6 +11,7 @@ set(device_bench_sources
     core/error.cc
     core/execution.cc
     core/file.cc
+    core/file_kind.cc
     core/input_file.cc
     core/measures.cc
     core/outputs.cc
