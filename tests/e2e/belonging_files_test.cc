@@ -43,7 +43,7 @@ class BelongingFiles : public VerbTest {
     const auto before = Files();
     const Outcome outcome = RunLuxfield(words, folder_);
     EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr(file + ": is no file that luxfield knows, in whose place"));
+    EXPECT_THAT(outcome.err, HasSubstr("luxfield: " + file + ": is "));
     EXPECT_THAT(outcome.err, HasSubstr("; move it away, or name another output"));
     EXPECT_EQ(Files(), before);
     WriteText(folder_ / file, own);
