@@ -255,7 +255,8 @@ def test_a_name_that_looks_like_an_option_is_a_file(small, tmp_path, monkeypatch
     solved = small["solved"].value
     solved.write("-x.lf.exr")
     assert luxfield.preprocess("-x.lf.exr", output="-y.tab.exr").output.stat().st_size > 0
-    assert luxfield.photometry("-x.lf.exr", sigma="-x.lf.exr").flux_lm > 0
+    small["solved"].sigma.write("-s.lf.exr")
+    assert luxfield.photometry("-x.lf.exr", sigma="-s.lf.exr").flux_lm > 0
 
 
 def test_figures_that_are_not_written_are_the_fault_of_the_call(small, tmp_path, monkeypatch):
