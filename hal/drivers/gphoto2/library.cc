@@ -2,7 +2,11 @@
 
 #include "luxfield/hal/drivers/gphoto2/library.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <string_view>
 
 #include "luxfield/hal/permission.h"
@@ -16,7 +20,10 @@ std::optional<HardwareError> RefusalOf(const std::string& port) {
   if (!port.starts_with(kUsb)) return {};
   std::string node = "/dev/bus/usb/" + port.substr(kUsb.size());  // "usb:BUS,DEVICE"
   std::replace(node.begin(), node.end(), ',', '/');
-  if (!IsForbidden(node)) return {};
+  const int file = ::open(node.c_str(), O_RDWR | O_CLOEXEC);
+  const bool is_forbidden = file < 0 && errno == EACCES;
+  if (file >= 0) ::close(file);
+  if (!is_forbidden) return {};
   return HardwareError(Fault::kRefused, port, "open", "Permission denied", kJoinPlugdev);
 }
 
