@@ -109,7 +109,7 @@ void RequireWords(const CLI::App& app) {
   const CLI::App& verb = Parsed(app, &words);
   for (const CLI::Option* option : verb.get_options())
     for (const std::string& text : option->results())
-      if (text.empty())
+      if (text.empty() && !option->get_inject_separator())  // between groups of numbers
         throw InputError(WithHelp(fmt::format("{} is empty", option->get_name()), words));
 }
 
