@@ -1,5 +1,7 @@
 #include "luxfield/render/scene/ray_scene.h"
 
+#include <fmt/format.h>
+
 #include <string>
 
 #include "luxfield/render/scene/device_bvh.h"
@@ -16,7 +18,8 @@ const Buffer& RangesOf(const RayBuffers& batch) {
 class HostRayScene : public RayScene {
  public:
   HostRayScene(const Device& device, const scene::Geometry& geometry)
-      : device_name_(device.info().name), caster_(geometry) {}
+      : device_name_(fmt::format("{} ({})", device.info().name, device.info().platform)),
+        caster_(geometry) {}
 
   void Intersect(const RayBuffers& batch, const Buffer& hits) const override {
     const Mapped<scene::PackedHit> out(hits);
