@@ -225,7 +225,7 @@ def test_nothing_beside_the_packages_folder_is_run_or_read(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(tmp_path / "x"), "PATH": str(tmp_path / "bin")}
     del environment["LUXFIELD_PROGRAM"]
     code = "from luxfield import process; print(process.program(), process.data_file('labs/small.toml'))"
-    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    said = subprocess.run([sys.executable, "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True)
     assert said.stdout.split() == [str(tmp_path / "bin/luxfield"), str(tmp_path / "share/luxfield/data/labs/small.toml")]
 
 
