@@ -10,10 +10,12 @@
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <optional>
+#include <string_view>
 
 #include "luxfield/core/apart.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/input_file.h"
 #include "luxfield/core/kept.h"
 
 namespace luxfield::scene {
@@ -35,6 +37,23 @@ class RegularFiles : public Assimp::DefaultIOSystem {
     return Exists(file) ? Assimp::DefaultIOSystem::Open(file, mode) : nullptr;
   }
 };
+
+// A binary PLY file whose data begin with a byte that ends a line: behind a header whose lines end
+// in \n alone, assimp takes that byte for the header's. All of it then, with a header of \r\n.
+std::optional<std::string> PlyWithClearEnd(const std::filesystem::path& path) {
+  constexpr std::size_t kLongestHeader = 1 << 20;
+  constexpr std::string_view kEnd = "\nend_header\n";
+  if (core::ReadStart(path, 4) != "ply\n") return {};
+  const std::string start = core::ReadStart(path, kLongestHeader);
+  const std::size_t end = start.find(kEnd), data = end + kEnd.size();
+  if (end == start.npos || data >= start.size()) return {};
+  if (start[data] != '\n' && start[data] != '\r') return {};
+  if (start.substr(0, end).find("\nformat ascii") != start.npos) return {};
+  std::string bytes;
+  for (const char c : start.substr(0, data))
+    bytes += c == '\n' ? std::string("\r\n") : std::string{c};
+  return bytes += core::ReadFile(path).substr(data);
+}
 
 // Before assimp's own steps run: they assert, and end the process, on faces that make no sense.
 void CheckFaces(const std::filesystem::path& path, const aiScene& source) {
@@ -129,7 +148,9 @@ void Read(const std::filesystem::path& path, bool polygons, core::ApartWriter& w
   const aiScene* source = nullptr;
   std::string reason;
   try {
-    source = importer.ReadFile(path.string(), 0);
+    const auto ply = PlyWithClearEnd(path);
+    source = ply ? importer.ReadFileFromMemory(ply->data(), ply->size(), 0, "ply")
+                 : importer.ReadFile(path.string(), 0);
     if (source) CheckFaces(path, *source);
     if (source && polygons)
       source = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);

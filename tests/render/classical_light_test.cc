@@ -254,6 +254,66 @@ TEST(ClassicalLight, EllipsesAreFlatOpenings) {
     ExpectIrradiance(device, source, points, exact, strategies, 32);
 }
 
+// From ten of its radii on, a disc has at most twice the noise of the square around it.
+TEST(ClassicalLight, RoundOnesAreAsQuietAsSquares) {
+  constexpr int kCopies = 256;
+  const Device device = Device::Open();
+  MisEstimator estimator(device);
+  const auto lit = [&](formats::Opening::Shape shape, const std::vector<SurfacePoint>& points) {
+    scene::ClassicalLight light = Light(ClassicalModel::kArea, 0, 0);
+    light.size_m.reset();
+    Photometry photometry = Lambertian(100);
+    photometry.opening = {shape, 0.15, 0.15, 0};
+    const auto options = WithStrategies(Strategies::kLobe, 16);
+    return LightBy(device, estimator, MakeGBuffer(device, Repeated(points, kCopies)),
+                   Source(device, light, photometry), options);
+  };
+  const std::vector<SurfacePoint> points = Receivers(1.5, 6, 24);
+  const auto round = lit(formats::Opening::Shape::kEllipse, points),
+             square = lit(formats::Opening::Shape::kBox, points);
+  const auto of_round = OverCopies(round.irradiance, round.variance, kCopies),
+             of_square = OverCopies(square.irradiance, square.variance, kCopies);
+  double round_sum = 0, square_sum = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    round_sum += std::pow(of_round.standard_error[k] / of_round.mean[k], 2);
+    square_sum += std::pow(of_square.standard_error[k] / of_square.mean[k], 2);
+  }
+  std::printf("relative noise of a pixel: disc %.2g, square %.2g\n",
+              std::sqrt(kCopies * round_sum / double(points.size())),
+              std::sqrt(kCopies * square_sum / double(points.size())));
+  EXPECT_LT(round_sum, 4 * square_sum);
+}
+
+TEST(ClassicalLight, EllipsesAreTheQuadratureAtEveryDistance) {
+  const Device device = Device::Open();
+  core::Random random(kSamplingSeed, 31);
+  const scene::ClassicalLight light = [] {
+    scene::ClassicalLight made = Light(ClassicalModel::kArea, 0, 0);
+    made.size_m.reset();
+    return made;
+  }();
+  Photometry photometry = AnyTable(PhotometryType::kC, random);
+  photometry.opening = {formats::Opening::Shape::kEllipse, 0.5, 0.2, 0};
+  const std::vector<SurfacePoint> points = Receivers(0.3, 3, 16);  // even from 0.75 m on
+  std::vector<double> exact;
+  for (const SurfacePoint& point : points) {
+    constexpr int kRings = 200, kPlaces = 800;  // of equal areas
+    double sum = 0;
+    for (int r = 0; r < kRings; ++r)
+      for (int a = 0; a < kPlaces; ++a) {
+        const double radius = std::sqrt((r + 0.5) / kRings), angle = 2 * pi * (a + 0.5) / kPlaces;
+        sum +=
+            FromPoint(light, photometry,
+                      {0.25 * radius * std::cos(angle), 0.1 * radius * std::sin(angle), 0}, point);
+      }
+    exact.push_back(sum / (kRings * kPlaces));
+  }
+  for (const Strategies strategies :
+       {Strategies::kLobe, Strategies::kLight, Strategies::kBrdf, Strategies::kBalance})
+    ExpectIrradiance(device, Source(device, light, photometry), points, exact, strategies, 32,
+                     1e-4);
+}
+
 // A wall hides one half of each.
 TEST(ClassicalLight, TracedShadows) {
   const Device device = Device::Open();

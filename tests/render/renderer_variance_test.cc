@@ -47,6 +47,36 @@ TEST_F(RendererVariance, SampledFramesMatchExactOnesWithinTheirVariance) {
   EXPECT_GT(variance, 0);
 }
 
+// Dimming a lamp leaves the relative noise of its penumbra as it is. Where the squares of luminances
+// fall below what float holds, the variance is 0 and no NaN.
+TEST_F(RendererVariance, DimPicturesStateTheNoiseOfBrightOnes) {
+  auto options = Unshadowed("exact");
+  options.shadows = Shadows::kTraced;
+  options.seed = 33;
+  options.samples_per_pixel = 32;
+  for (const char* estimator : {"exact", "gloss"}) {
+    options.estimator = estimator;
+    const auto lit = [&](float scale) {
+      LightField lamp = Lamp(3);
+      for (float& value : lamp.data) value *= scale;
+      auto scene = Floor({Above(WriteLamp("dim", lamp), 0, 1)});
+      scene::AppendQuad({0, -0.1, 0.9}, {0.2, 0, 0}, {0, 0.2, 0}, 0, scene.geometry);
+      return RenderWith(scene, options);
+    };
+    const Frame bright = lit(1), dim = lit(0x1p-40f), dark = lit(0x1p-100f);
+    int partly = 0;
+    for (int row = 0; row < bright.height; ++row)
+      for (int column = 0; column < bright.width; ++column) {
+        const double variance = bright.variance.at(0, row, column);
+        EXPECT_FALSE(std::isnan(dark.variance.at(0, row, column))) << row << ' ' << column;
+        EXPECT_NEAR(dim.variance.at(0, row, column) * 0x1p80, variance, 1e-3 * variance)
+            << row << ' ' << column;
+        partly += variance > 0;
+      }
+    EXPECT_GT(partly, 5) << estimator;
+  }
+}
+
 // With passes the variance is that of the mean between them, stratification included: over a
 // picture the squared errors against `exact` must add up to it. Two rounds of passes are one longer
 // one.

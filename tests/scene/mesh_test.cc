@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <fstream>
 
@@ -61,6 +62,31 @@ TEST(Mesh, ReadsPly) {
   const auto geometry = Read(Write("good.ply", PlyWithVertex("0.5")));
   ASSERT_EQ(geometry.triangles.size(), 1u);
   EXPECT_FLOAT_EQ(geometry.corner(0, 0)[2], 0.5f);
+}
+
+// The first byte of the data is that of x of the first vertex. Some end a line or are blank, which
+// the reader of a header may take for its own.
+TEST(Mesh, ReadsBinaryPlyWhateverItsFirstByteIs) {
+  for (const std::string end : {"\n", "\r\n"})
+    for (const unsigned first : {0x0Au, 0x0Du, 0x20u, 0x09u, 0x0A0Au, 0x0A0Du, 0x0D0Au}) {
+      const std::uint32_t bits = 0x3E800000u + first;  // 0.25 and a little
+      std::string ply;
+      for (const char* line :
+           {"ply", "format binary_little_endian 1.0", "element vertex 3", "property float x",
+            "property float y", "property float z", "element face 1",
+            "property list uchar int vertex_indices", "end_header"})
+        ply += line + end;
+      const auto put = [&](std::uint32_t number) {
+        for (int shift = 0; shift < 32; shift += 8) ply += static_cast<char>(number >> shift);
+      };
+      for (const std::uint32_t x : {bits, 0u, 0u, 0x3F800000u, 0u, 0u, 0u, 0x3F800000u, 0u}) put(x);
+      ply += '\3';
+      for (const std::uint32_t corner : {0u, 1u, 2u}) put(corner);
+      SCOPED_TRACE(testing::Message() << std::hex << first << (end == "\n" ? ", LF" : ", CR LF"));
+      const auto geometry = Read(Write("binary.ply", ply));
+      ASSERT_EQ(geometry.triangles.size(), 1u);
+      EXPECT_EQ(geometry.corner(0, 0)[0], std::bit_cast<float>(bits));
+    }
 }
 
 TEST(Mesh, TriangulatesPolygonsAndTakesTheFilesColours) {

@@ -2,49 +2,60 @@
 // (estimators/visible_share.h).
 #include "luxfield/render/kernels/sample/totals.clh"
 
-// Sums over samples x: of all and of the visible ones, of those below 0 what they take away, and
-// the squares of their luminances.
+// Sums over samples x: of all and of the visible ones, and of those below 0 what they take away.
 typedef struct VisibleSums {
   float3 light, taken, visible, visible_taken;
-  float square, visible_square;
 } VisibleSums;
 
 static inline VisibleSums NoSums(void) {
   VisibleSums sums;
   sums.light = sums.taken = sums.visible = sums.visible_taken = (float3)(0.0f);
-  sums.square = sums.visible_square = 0.0f;
   return sums;
 }
 
 static inline void AddToSums(float3 light, bool visible, VisibleSums* sums) {
   const float3 taken = fmax(-light, (float3)(0.0f));
-  const float luminance = Luminance(light), square = luminance * luminance;
   sums->light += light;
   sums->taken += taken;
-  sums->square += square;
   if (!visible) return;
   sums->visible += light;
   sums->visible_taken += taken;
-  sums->visible_square += square;
+}
+
+// Sums of |x|.
+static inline float3 AllOf(const VisibleSums* sums) { return sums->light + 2.0f * sums->taken; }
+static inline float3 SeenOf(const VisibleSums* sums) {
+  return sums->visible + 2.0f * sums->visible_taken;
+}
+
+// Sums of squares of luminances, in units of that of AllOf: the square of a dim one would be 0.
+typedef struct VisibleSquares {
+  float all, visible;
+} VisibleSquares;
+
+static inline void AddToSquares(float3 light, bool visible, const VisibleSums* sums,
+                                VisibleSquares* squares) {
+  const float all = Luminance(AllOf(sums));
+  const float part = all > 0.0f ? Luminance(light) / all : 0.0f;
+  squares->all += part * part;
+  if (visible) squares->visible += part * part;
 }
 
 // Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is
 // that of a ratio of sums, to first order; `scale` makes light of sums.
-static inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
-  // Sums of |x|.
-  const float3 all = sums.light + 2.0f * sums.taken,
-               seen = sums.visible + 2.0f * sums.visible_taken;
+static inline void StoreShare(VisibleSums sums, VisibleSquares squares, int count, float scale,
+                              __global float4* share) {
+  const float3 all = AllOf(&sums), seen = SeenOf(&sums);
   const float luminance = Luminance(all);
   share[0] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
   share[1] = (float4)(0.0f);
   if (!(luminance > 0.0f)) return;
   const float ratio = Luminance(seen) / luminance, n = (float)count;
-  const float spread = (1.0f - 2.0f * ratio) * sums.visible_square + ratio * ratio * sums.square;
+  const float spread = (1.0f - 2.0f * ratio) * squares.visible + ratio * ratio * squares.all;
   const float3 v = (float3)(all.x > 0.0f ? seen.x / all.x : ratio,
                             all.y > 0.0f ? seen.y / all.y : ratio,
                             all.z > 0.0f ? seen.z / all.z : ratio);
-  share[0] = (float4)(v, count > 1 ? fmax(spread, 0.0f) / (luminance * luminance) * (n / (n - 1.0f))
-                                   : 1.0f);
+  share[0] = (float4)(v, count > 1 ? fmax(spread, 0.0f) * (n / (n - 1.0f)) : 1.0f);
   share[1] = 2.0f * scale *
              (float4)(v * sums.taken - sums.visible_taken, Luminance(sums.taken));
 }
@@ -70,9 +81,20 @@ __kernel void VisibleShare(int begin, int count, int capacity, SHADOW_RAY_ARGUME
     AddToSums(sample.reflected, !hidden_rays[k], &shown);
 #endif
   }
-  samples[pixel] += (uint)ending.samples;
-  StoreShare(light, ending.samples, ending.scale, share + 2 * pixel);
+  VisibleSquares squares = {0.0f, 0.0f};
 #if GLOSSY
-  StoreShare(shown, ending.samples, ending.scale, shown_share + 2 * pixel);
+  VisibleSquares shown_squares = {0.0f, 0.0f};
+#endif
+  for (int k = 0; k < shadow.range->end; ++k) {
+    const Contribution sample = KeptContribution(&shadow, k);
+    AddToSquares(sample.light, !hidden_rays[k], &light, &squares);
+#if GLOSSY
+    AddToSquares(sample.reflected, !hidden_rays[k], &shown, &shown_squares);
+#endif
+  }
+  samples[pixel] += (uint)ending.samples;
+  StoreShare(light, squares, ending.samples, ending.scale, share + 2 * pixel);
+#if GLOSSY
+  StoreShare(shown, shown_squares, ending.samples, ending.scale, shown_share + 2 * pixel);
 #endif
 }
