@@ -119,10 +119,8 @@ class RayPacket {
     const auto& rays = packet_.ray;
     throw DeviceError(fmt::format(
         "{} made a ray that cannot be traced, from ({}, {}, {}) along ({}, {}, {}) between {} and "
-        "{}: "
-        "its driver compiles kernels wrongly; use another --device or version of the driver, or "
-        "set "
-        "LUXFIELD_TUNING=group=1",
+        "{}: its driver compiles kernels wrongly; use another --device or version of the driver, "
+        "or set LUXFIELD_TUNING=group=1",
         made_by_, rays.org_x[lane], rays.org_y[lane], rays.org_z[lane], rays.dir_x[lane],
         rays.dir_y[lane], rays.dir_z[lane], rays.tnear[lane], rays.tfar[lane]));
   }
