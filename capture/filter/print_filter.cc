@@ -164,13 +164,24 @@ Surface Diffuse(const PrintedSheet& printed, const std::filesystem::path& path) 
   return surface;
 }
 
+// Cairo's own files are closed without a word where the last bytes do not fit on the disk.
+cairo_status_t Append(void* bytes, const unsigned char* data, unsigned int count) noexcept {
+  try {
+    static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), count);
+    return CAIRO_STATUS_SUCCESS;
+  } catch (const std::exception&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
+}
+
 void WritePdf(const std::filesystem::path& path, const std::vector<PrintedSheet>& prints,
               const FilterSheet& sheet, const PrintOptions& options) {
-  core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+  std::string bytes;
+  {
     const double points_per_pixel = kPointsPerInch / options.dpi;
-    const Surface pdf(cairo_pdf_surface_create(temporary.c_str(),
-                                               prints.front().width * points_per_pixel,
-                                               prints.front().height * points_per_pixel));
+    const Surface pdf(cairo_pdf_surface_create_for_stream(
+        &Append, &bytes, prints.front().width * points_per_pixel,
+        prints.front().height * points_per_pixel));
     Check(cairo_surface_status(pdf.get()), path);
     const std::string title = Header(sheet, 0, options).front();
     cairo_pdf_surface_set_metadata(pdf.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
@@ -196,7 +207,8 @@ void WritePdf(const std::filesystem::path& path, const std::vector<PrintedSheet>
     }
     cairo_surface_finish(pdf.get());
     Check(cairo_surface_status(pdf.get()), path);
-  });
+  }
+  core::WriteFileAtomically(path, bytes);
 }
 
 }  // namespace

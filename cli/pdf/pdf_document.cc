@@ -367,11 +367,21 @@ class RecordedPages : public PdfPages {
   std::vector<std::function<void(PdfPages& pages)>> parts_;
 };
 
-// Draws to a file, or nowhere; the number of pages.
-int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& facts, int pages,
+// Cairo's own files are closed without a word where the last bytes do not fit on the disk.
+cairo_status_t Append(void* bytes, const unsigned char* data, unsigned int count) noexcept {
+  try {
+    static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), count);
+    return CAIRO_STATUS_SUCCESS;
+  } catch (const std::exception&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
+}
+
+// Draws into `bytes`, or nowhere; the number of pages.
+int DrawTo(std::string* bytes, const std::filesystem::path& path, const PdfFacts& facts, int pages,
            const RecordedPages& recorded) {
   const std::unique_ptr<cairo_surface_t, CairoDelete> surface(
-      cairo_pdf_surface_create(file, kWidth, kHeight));
+      cairo_pdf_surface_create_for_stream(bytes ? &Append : nullptr, bytes, kWidth, kHeight));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, facts.title.c_str());
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "luxfield");
   int count = 0;
@@ -399,9 +409,9 @@ void WritePdf(const std::filesystem::path& path, const PdfFacts& facts,
   draw(recorded);
   const PdfFacts visible{core::Visible(facts.title), core::Visible(facts.footer)};
   const int pages = DrawTo(nullptr, path, visible, 0, recorded);
-  core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    DrawTo(temporary.c_str(), path, visible, pages, recorded);
-  });
+  std::string bytes;
+  DrawTo(&bytes, path, visible, pages, recorded);
+  core::WriteFileAtomically(path, bytes);
 }
 
 }  // namespace luxfield::cli

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -20,6 +22,7 @@
 #include "luxfield/cli/svg/svg_plot.h"
 #include "luxfield/cli/svg/svg_polar.h"
 #include "luxfield/cli/svg/svg_solid.h"
+#include "luxfield/core/error.h"
 #include "tests/e2e/pdf_text.h"
 
 namespace luxfield::cli {
@@ -134,6 +137,28 @@ std::string CountOfPages(const std::function<void(PdfPages&)>& draw) {
 
 // A page has 732 points. The heading fits below the first plot, the plot that follows it does not; a page
 // without the heading would hold the other two plots.
+// To the last byte: what does not fit is no file.
+TEST(Pdf, AFileThatTheDiskDoesNotTakeIsRefused) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "luxfield_no_room.pdf";
+  const auto write = [&] {
+    WritePdf(path, {"a", "b"}, [](PdfPages& pages) { pages.Paragraph("text"); });
+  };
+  write();
+  const auto whole = std::filesystem::file_size(path);
+  std::filesystem::remove(path);
+  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  for (const std::uintmax_t missing : {1, 100, 1000}) {
+    const rlimit less{whole - missing, before.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &less);
+    EXPECT_THROW(write(), DeviceError) << missing;
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_FALSE(std::filesystem::exists(path)) << missing;
+  }
+  ::signal(SIGXFSZ, handler);
+}
+
 TEST(Pdf, HeadingsStandAboveWhatFollows) {
   const std::string tall =
       "<svg width=\"100\" height=\"700\"><rect x=\"0\" y=\"0\" width=\"9\" "
