@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -21,6 +22,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
 
 #include "luxfield/core/descriptor.h"
 #include "luxfield/core/error.h"
@@ -108,6 +112,35 @@ void OrDeviceError(const std::filesystem::path& path, Work&& work) {
   }
 }
 
+// The library's own stream is closed without a word where the last bytes do not fit on the disk.
+class CheckedFile : public Imf::OStream {
+ public:
+  explicit CheckedFile(const std::filesystem::path& path)
+      : Imf::OStream(path.c_str()), stream_(path, std::ios::binary) {
+    Require();
+  }
+  void write(const char bytes[], int count) override {
+    stream_.write(bytes, count);
+    Require();
+  }
+  std::uint64_t tellp() override { return static_cast<std::uint64_t>(stream_.tellp()); }
+  void seekp(std::uint64_t place) override {
+    stream_.seekp(static_cast<std::streamoff>(place));
+    Require();
+  }
+  // Fails for what failed before, too: the library's destructors throw nothing.
+  void Close() {
+    stream_.close();
+    Require();
+  }
+
+ private:
+  void Require() const {
+    if (!stream_) throw std::runtime_error(errno ? std::strerror(errno) : "the disk took no more");
+  }
+  std::ofstream stream_;
+};
+
 }  // namespace
 
 void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
@@ -173,10 +206,12 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
   }
   const std::vector<Imf::Header> headers = MakeHeaders(parts, compression);
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    std::optional<CheckedFile> stream;
     std::unique_ptr<Imf::MultiPartOutputFile> file;
     OrDeviceError(path, [&] {
+      stream.emplace(temporary);
       file = std::make_unique<Imf::MultiPartOutputFile>(
-          temporary.c_str(), headers.data(), static_cast<int>(headers.size()), false, Threads());
+          *stream, headers.data(), static_cast<int>(headers.size()), false, Threads());
     });
     for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
       const ExrPartView& part = parts[i];
@@ -196,7 +231,10 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
         output.writePixels(part.height);
       });
     }
-    OrDeviceError(path, [&] { file.reset(); });
+    OrDeviceError(path, [&] {
+      file.reset();
+      stream->Close();
+    });
   });
 }
 

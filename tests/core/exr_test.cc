@@ -3,10 +3,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <bit>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 
@@ -156,6 +158,32 @@ void ExpectRefused(const std::filesystem::path& path, const std::string& what) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr(path.string())) << what;
   }
+}
+
+// To the last byte, by every way of writing: what the disk does not take is no file.
+TEST(Exr, AFileThatTheDiskDoesNotTakeWholeIsNone) {
+  const std::vector<float> pixels(40 * 30, 0.5f);
+  const std::vector<ExrPartView> parts = {{.name = "a",
+                                           .width = 40,
+                                           .height = 30,
+                                           .channels = {{"Y", std::span(pixels)}},
+                                           .attributes = {}}};
+  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  for (const ExrCompression compression : {ExrCompression::kNone, ExrCompression::kZip}) {
+    const auto whole = UniquePath(), path = UniquePath();
+    WriteExr(whole, parts, compression);
+    const auto size = std::filesystem::file_size(whole);
+    for (const std::uintmax_t room : {size - 1, size - 100, size / 2, std::uintmax_t{1}}) {
+      const rlimit less{room, before.rlim_max};
+      ::setrlimit(RLIMIT_FSIZE, &less);
+      EXPECT_THROW(WriteExr(path, parts, compression), DeviceError) << room << " of " << size;
+      ::setrlimit(RLIMIT_FSIZE, &before);
+      EXPECT_FALSE(std::filesystem::exists(path)) << room << " of " << size;
+    }
+  }
+  ::signal(SIGXFSZ, handler);
 }
 
 TEST(Exr, MissingFolderEmptyAndTruncatedFilesAreRefused) {
