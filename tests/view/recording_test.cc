@@ -185,5 +185,15 @@ TEST_F(RecordingTest, OptionsThatMakeNoSenseAreRefused) {
               HasSubstr("of --record"));
 }
 
+TEST_F(RecordingTest, APathOfAnotherScenesLampMakesNoFolder) {
+  std::string path = kPath;
+  path.replace(path.find("\"lamp\""), 6, "\"other\"");
+  e2e::WriteText(folder_ / "path.toml", path);
+  const Outcome outcome = Record({"-o", "frames"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("other"));
+  EXPECT_FALSE(fs::exists(folder_ / "frames"));
+}
+
 }  // namespace
 }  // namespace luxfield::view

@@ -90,8 +90,8 @@ Recording RecordFolder(const RecordOptions& options) {
   if (std::filesystem::exists(options.output) && !std::filesystem::is_directory(options.output))
     throw InputError(options.output.string(), "is a file", "name a folder, or a video");
   Recorder recorder(options);
-  core::MakeFolder(options.output);
   recorder.Run([&](int number, const render::Frame& frame) {
+    if (number == 0) core::MakeFolder(options.output);  // not for a path that cannot be shown
     const auto name = [&](const char* ending) {
       return options.output / fmt::format("frame_{:04}{}", number, ending);
     };
