@@ -462,6 +462,7 @@ std::string ExrImageBytes(const Image& image, const std::string& name) {
   const std::string file = fmt::format("/proc/self/fd/{}", memory.get());
   WriteZipInto(file, name, std::span(&part, 1), [&](ExrZipWriter& zip) {
     std::vector<ExrPixels> pixels;
+    pixels.reserve(part.channels.size());
     for (const auto& channel : part.channels) pixels.push_back(channel.pixels);
     zip.Add(part, pixels);
   });

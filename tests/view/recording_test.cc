@@ -111,7 +111,8 @@ TEST_F(RecordingTest, AVideoIsWhatFfmpegMakesOfTheFrames) {
                  "#!/bin/sh\necho \"$@\" > " + (folder_ / "words").string() +
                      "\nfor last; do :; done\ncat > \"${last#file:}\"\n");
   fs::permissions(folder_ / "bin" / "ffmpeg", fs::perms::owner_all);
-  const std::string path = getenv("PATH");
+  const char* const found = getenv("PATH");
+  const std::string path = found ? found : "";
   setenv("PATH", ((folder_ / "bin").string() + ":" + path).c_str(), 1);
   const Outcome video = Record({"-o", "flight.mp4", "--preview", "--exposure", "0.02"});
   e2e::WriteText(folder_ / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\nexit 1\n");
