@@ -82,6 +82,7 @@ void RequireTiling(const Job& job, const std::string& file) {
 // That the inputs are those which the shards are named after.
 void RequireHashes(const Job& job, const std::string& file) {
   std::vector<std::string> hashes;
+  hashes.reserve(job.inputs.size());
   for (const PlannedInput& input : job.inputs) hashes.push_back(input.sha256);
   if (Field<std::vector<std::string>>(job.whole, "inputs_sha256", file) != hashes)
     throw InputError(file, "inputs are not those of whole.inputs_sha256", kPlanAnew);
