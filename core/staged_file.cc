@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <atomic>
+#include <cerrno>
 #include <ctime>
 #include <optional>
 #include <string>
@@ -22,6 +23,19 @@ fs::path TemporaryBeside(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   return FolderOf(path) / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(),
                                       counter++, path.extension().string());
+}
+
+// Names `temporary` and makes it. A process of another container may have this one's number, and a
+// file of that name.
+int MakeTemporary(const fs::path& path, mode_t mode, fs::path& temporary) {
+  constexpr int kTries = 1000;
+  int file = -1;
+  for (int k = 0; file < 0 && k < kTries; ++k) {
+    temporary = TemporaryBeside(path);
+    file = ::open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    if (file < 0 && errno != EEXIST) break;
+  }
+  return file;
 }
 
 // The number that a text begins with, of at most `most` digits, which it takes off; none otherwise.
@@ -82,9 +96,7 @@ const fs::path& RequireReplaceable(const fs::path& path) {
 
 StagedFile::StagedFile(const fs::path& path, Access access)
     : path_(RequireReplaceable(path)),
-      temporary_(TemporaryBeside(path)),
-      file_(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
-                   access == Access::kPrivate ? 0600 : 0666)) {
+      file_(MakeTemporary(path, access == Access::kPrivate ? 0600 : 0666, temporary_)) {
   if (file_.get() < 0) {
     temporary_.clear();
     FailWriting(path, "create");  // names the file that it is to be

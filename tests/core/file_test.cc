@@ -97,6 +97,25 @@ TEST_F(AtomicFile, AFailingWriterLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(Entries(), 1);
 }
 
+// As a process of another container may hold names of this one's number.
+TEST_F(AtomicFile, NamesThatOthersHoldArePassedOver) {
+  const auto path = folder_ / "a.txt";
+  std::string name;
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    name = temporary.filename().string();
+    std::ofstream(temporary) << "first";
+  });
+  const std::size_t dash = name.rfind('-'), end = name.find(".tmp", dash);
+  const int number = std::stoi(name.substr(dash + 1, end - dash - 1));
+  for (int k = 1; k <= 3; ++k)
+    std::ofstream(folder_ /
+                  (name.substr(0, dash + 1) + std::to_string(number + k) + name.substr(end)))
+        << "other";
+  WriteFileAtomically(path, "second");
+  EXPECT_EQ(ReadFile(path), "second");
+  EXPECT_EQ(Entries(), 4);
+}
+
 TEST_F(AtomicFile, AWriterThatWritesNothingIsAnError) {
   EXPECT_THROW(WriteAtomically(folder_ / "a", [](const std::filesystem::path&) {}), DeviceError);
   EXPECT_EQ(Entries(), 0);
