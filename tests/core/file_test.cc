@@ -189,6 +189,7 @@ TEST_F(AtomicFile, AFolderIsMadeBySeveralAtOnce) {
     const auto made = folder_ / std::to_string(round) / "a";
     std::barrier begin(3);
     std::vector<std::jthread> makers;
+    makers.reserve(3);
     for (int k = 0; k < 3; ++k)
       makers.emplace_back([&] {
         begin.arrive_and_wait();
